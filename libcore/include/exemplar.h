@@ -1,0 +1,358 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * Exemplar: pose a mesh inside the space of shapes its artist sculpted.
+ *
+ * Conventions, stated once
+ *
+ *   Naming      exm_<noun>_<verb>; parameters in the order object, inputs, settings, outputs.
+ *   Arrays      owned by the caller, passed as pointer and count; positions row-major [n][3].
+ *               `create` copies what it keeps. Sizes are checked for overflow.
+ *   Sizes       V vertices, F triangles, S exemplars, H handles, G edge groups.
+ *   Units       positions in the caller's unit of length, times in seconds. Nothing depends on the scale of the mesh.
+ *   Status      0 success; negative: failed, nothing changed, outputs untouched (an `out` handle is set to NULL);
+ *               positive: done, with a warning. exm_last_error() says in words what a failure or a warning was about.
+ *   Structs     settings and reports begin with struct_size; call their _init function first, then change fields.
+ *               That is how they can grow without breaking a program compiled against an older header.
+ *   Threads     one handle is used by one thread at a time; different handles are independent. There is no global
+ *               mutable state. exm_last_error() is per thread.
+ *   Lifetime    every `create` has a `destroy`; destroy(NULL) does nothing. A deformer does not need its mesh to live.
+ *   Silence     nothing is printed, no exception, exit or abort leaves the library. Out of memory is a status.
+ *
+ * Papers      [AMRAP]  Wampler, "Fast and Reliable Example-Based Mesh IK for Stylized Deformations", SA 2016
+ *             [BBW]    Jacobson et al., "Bounded Biharmonic Weights for Real-Time Deformation", SIGGRAPH 2011
+ *             [FAST]   Jacobson et al., "Fast Automatic Skinning Transformations", SIGGRAPH 2012
+ */
+#ifndef EXEMPLAR_H
+#define EXEMPLAR_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(_WIN32)
+#  if defined(EXM_BUILDING)
+#    define EXM_API __declspec(dllexport)
+#  else
+#    define EXM_API __declspec(dllimport)
+#  endif
+#elif defined(__GNUC__)
+#  define EXM_API __attribute__((visibility("default")))
+#else
+#  define EXM_API
+#endif
+
+/* ------------------------------------------------------------------------------------------------ version, errors */
+
+/** Changes whenever a program compiled against an older header could misbehave. */
+#define EXM_ABI_VERSION 1
+
+/** The ABI version the loaded library was built with; compare with EXM_ABI_VERSION before any other call. */
+EXM_API uint32_t exm_abi_version(void);
+
+/** "major.minor.patch"; static storage. */
+EXM_API const char *exm_version(void);
+
+typedef int32_t exm_status;
+
+#define EXM_OK 0
+/* Warnings: the result is usable. */
+#define EXM_WARNING_NOT_CONVERGED 1 /* the iteration cap was reached before the tolerance */
+#define EXM_WARNING_MESH 2          /* the mesh has flaws that were dealt with; see exm_mesh_report */
+/* Errors: nothing changed. */
+#define EXM_ERROR_ARGUMENT (-1)      /* an argument is NULL, out of range, not finite, or of a mismatched size */
+#define EXM_ERROR_OUT_OF_MEMORY (-2) /* an allocation failed, or a size does not fit in memory */
+#define EXM_ERROR_CANCELLED (-3)     /* the progress callback asked to stop */
+#define EXM_ERROR_TOPOLOGY (-4)      /* the triangles do not describe a usable surface */
+#define EXM_ERROR_UNCONSTRAINED (-5) /* a connected part of the mesh has no handle, or no handle that holds it */
+#define EXM_ERROR_NUMERIC (-6)       /* a factorisation or an iteration broke down */
+#define EXM_ERROR_IO (-7)            /* a file could not be opened, read or understood */
+#define EXM_ERROR_INTERNAL (-8)      /* a third-party library failed in a way we did not foresee */
+
+/** What the last failed or warning call of this thread was about: one sentence that names the argument, the index and
+ *  the value. Never NULL; "" when nothing has failed yet. Valid until the thread's next exm_ call. */
+EXM_API const char *exm_last_error(void);
+
+/** The kind of element that the last failure or warning of this thread is about. */
+typedef enum exm_element {
+  EXM_ELEMENT_NONE = 0,
+  EXM_ELEMENT_VERTEX = 1,
+  EXM_ELEMENT_FACE = 2,
+  EXM_ELEMENT_HANDLE = 3,
+  EXM_ELEMENT_EXEMPLAR = 4
+} exm_element;
+
+/** The element at fault, so that a user interface can select it. kind and index may be NULL. */
+EXM_API void exm_last_error_element(exm_element *kind, size_t *index);
+
+/**
+ * Called now and then by long calls, from the calling thread.
+ *
+ * fraction  done so far, 0..1, never decreasing
+ * stage     what is being done, in a word or two; static storage
+ *
+ * Return 0 to go on; anything else cancels: the call returns EXM_ERROR_CANCELLED and nothing has changed.
+ */
+typedef int (*exm_progress)(void *user, double fraction, const char *stage);
+
+/* ------------------------------------------------------------------------------------------------------------ mesh */
+
+typedef struct exm_mesh exm_mesh;
+
+/** What validation found. Element lists are read with exm_mesh_flaws. */
+typedef struct exm_mesh_report {
+  size_t struct_size;
+  size_t vertex_count;
+  size_t triangle_count;
+  size_t component_count;         /* connected parts, loose vertices counted one by one */
+  size_t boundary_edge_count;     /* edges of exactly one triangle */
+  size_t non_manifold_edge_count; /* edges of three or more triangles, or of two that disagree in orientation */
+  size_t degenerate_face_count;   /* triangles of zero area within rounding; they get a floor of stiffness */
+  size_t loose_vertex_count;      /* vertices of no triangle */
+  double diagonal;                /* of the bounding box */
+} exm_mesh_report;
+
+EXM_API void exm_mesh_report_init(exm_mesh_report *report);
+
+/**
+ * A triangle mesh in its reference pose.
+ *
+ * positions  [V][3] finite
+ * triangles  [F][3] 0-based, three different vertices each
+ * out        NULL on failure; release with exm_mesh_destroy
+ *
+ * Returns EXM_WARNING_MESH where edges are non-manifold, faces are degenerate or vertices are loose: the mesh is
+ * usable all the same (every energy here is a sum over triangles, and asks for no manifold).
+ * Errors: EXM_ERROR_ARGUMENT (NULL, empty, not finite, no extent), EXM_ERROR_TOPOLOGY (index out of range, a repeated
+ * corner), EXM_ERROR_OUT_OF_MEMORY.
+ */
+EXM_API exm_status exm_mesh_create(const float *positions, size_t vertex_count, const uint32_t *triangles,
+                                   size_t triangle_count, exm_mesh **out);
+
+/** The same from a file: OBJ, PLY, OFF or STL, polygons fanned into triangles. Also EXM_ERROR_IO. */
+EXM_API exm_status exm_mesh_read(const char *path, exm_mesh **out);
+
+EXM_API void exm_mesh_destroy(exm_mesh *mesh);
+
+EXM_API exm_status exm_mesh_get_report(const exm_mesh *mesh, exm_mesh_report *report);
+
+/** positions [V][3], triangles [F][3]; either may be NULL. */
+EXM_API exm_status exm_mesh_get_arrays(const exm_mesh *mesh, float *positions, uint32_t *triangles);
+
+typedef enum exm_mesh_flaw {
+  EXM_FLAW_NON_MANIFOLD_EDGE = 0, /* vertex pairs, flat: two entries an edge */
+  EXM_FLAW_DEGENERATE_FACE = 1,   /* faces */
+  EXM_FLAW_LOOSE_VERTEX = 2       /* vertices */
+} exm_mesh_flaw;
+
+/** The elements of one flaw: writes at most `capacity` entries and stores in *count how many there are. */
+EXM_API exm_status exm_mesh_flaws(const exm_mesh *mesh, exm_mesh_flaw flaw, uint32_t *elements, size_t capacity,
+                                  size_t *count);
+
+/**
+ * The cotangent weights that every energy here uses: entry [f][i] is half the cotangent of the angle of triangle f at
+ * its corner i, and weighs the edge opposite to it. Negative for obtuse angles, which is right: a whole triangle's
+ * three terms together are never negative. Degenerate triangles are treated as if their area were a small share of
+ * their longest edge squared.
+ *
+ * cotangents  [F][3]
+ */
+EXM_API exm_status exm_mesh_cotangents(const exm_mesh *mesh, double *cotangents);
+
+/* --------------------------------------------------------------------------------------------------------- handles */
+
+typedef enum exm_handle_kind {
+  EXM_HANDLE_PINNED = 0,   /* the centre of its vertices is held at the target's translation */
+  EXM_HANDLE_ORIENTED = 1, /* its whole affine frame is held: centre and linear part */
+  EXM_HANDLE_FREE = 2      /* no constraint; extra freedom for the deformation */
+} exm_handle_kind;
+
+/**
+ * Handles, each a set of vertices. A handle's centre is the mean of its vertices; its frame in a pose is the affine map
+ * that takes the reference positions of its vertices to the pose best, in least squares (for a handle whose vertices
+ * span no volume, with as many surrounding rings as are needed; directions that stay flat are left free).
+ *
+ * kinds           [count]
+ * vertex_offsets  [count + 1], from 0, increasing: handle h owns vertices[vertex_offsets[h] .. vertex_offsets[h + 1])
+ * vertices        [vertex_offsets[count]] no vertex twice, neither within a handle nor in two of them
+ */
+typedef struct exm_handles {
+  size_t count;
+  const int32_t *kinds;
+  const size_t *vertex_offsets;
+  const uint32_t *vertices;
+} exm_handles;
+
+/**
+ * Bounded biharmonic weights [BBW, eq. 3 with the partition of unity kept]: the weights that minimise the sum of
+ * 1/2 w_h' L M^-1 L w_h subject to w >= 0, sum_h w_h = 1, and w_h = 1 on the vertices of handle h.
+ *
+ * handles   at least one on every connected part of the mesh; kinds are not looked at
+ * progress  may be NULL
+ * weights   [H][V] out; exactly 1 and 0 on the handles' vertices; columns sum to 1 to rounding
+ *
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_UNCONSTRAINED, EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY,
+ * EXM_ERROR_NUMERIC. EXM_WARNING_NOT_CONVERGED where the iteration cap was met; the weights still satisfy every
+ * constraint.
+ */
+EXM_API exm_status exm_weights_bounded_biharmonic(const exm_mesh *mesh, const exm_handles *handles,
+                                                  exm_progress progress, void *user, float *weights);
+
+/* -------------------------------------------------------------------------------------------------------- deformer */
+
+/**
+ * A mesh bound to a fixed set of handles: bind once (exm_<kind>_create), solve often. The reduced solve does not see
+ * the vertices; exm_deformer_positions does, once a frame.
+ */
+typedef struct exm_deformer exm_deformer;
+
+/** Solve-time settings shared by every kind of deformer. */
+typedef enum exm_start {
+  EXM_START_STATELESS = 0, /* the result depends on the targets and settings alone: for renders and bakes */
+  EXM_START_WARM = 1       /* goes on from the last solve of this deformer: for dragging */
+} exm_start;
+
+typedef struct exm_solve_report {
+  size_t struct_size;
+  int32_t converged;          /* 1: stopped by the tolerance */
+  int32_t iterations;         /* of the outer alternation */
+  double objective;           /* [AMRAP, eq. 10] */
+  double elastic_energy;      /* E_d [AMRAP, eq. 9], without the square root */
+  double constraint_residual; /* largest distance of a pinned or oriented handle's centre from its target */
+  double
+      optimality_gap; /* Frank-Wolfe gap of the last cone program: how far its objective is from the optimum at most */
+  double seconds;
+  /* The objective after each iteration: set a buffer and its capacity to have it; count says how many were written. */
+  double *history;
+  size_t history_capacity;
+  size_t history_count;
+} exm_solve_report;
+
+EXM_API void exm_solve_report_init(exm_solve_report *report);
+
+typedef struct exm_deformer_info {
+  size_t struct_size;
+  size_t vertex_count;
+  size_t handle_count;
+  size_t exemplar_count;
+  size_t edge_group_count;
+  size_t coefficient_count; /* degrees of freedom a dimension that are left after the handles */
+  int32_t dimension;        /* 2 or 3 */
+  double bind_seconds;
+  double weight_seconds; /* the part of it spent on weights */
+} exm_deformer_info;
+
+EXM_API void exm_deformer_info_init(exm_deformer_info *info);
+EXM_API exm_status exm_deformer_get_info(const exm_deformer *deformer, exm_deformer_info *info);
+
+/**
+ * Where exemplar s has the handles, as targets.
+ *
+ * targets  [H][3][4] out: rows of [linear part | centre]
+ */
+EXM_API exm_status exm_deformer_handle_pose(const exm_deformer *deformer, size_t exemplar, double *targets);
+
+/** The solved positions, [V][3]; before the first solve, those of the reference. thread_count 0: chosen. */
+EXM_API exm_status exm_deformer_positions(const exm_deformer *deformer, int32_t thread_count, float *positions);
+EXM_API exm_status exm_deformer_positions_f64(const exm_deformer *deformer, double *positions);
+
+/** The skinning weights in use, [H][V]. */
+EXM_API exm_status exm_deformer_weights(const exm_deformer *deformer, float *weights);
+
+EXM_API void exm_deformer_destroy(exm_deformer *deformer);
+
+/* ----------------------------------------------------------------------------------------------------------- AMRAP */
+
+typedef struct exm_amrap_bind_settings {
+  size_t struct_size;
+  size_t edge_group_count; /* 0: twice the handle count [AMRAP, 5.2] */
+  int32_t dimension;       /* 0: 2 where every exemplar lies in the reference's plane, else 3; or 2 or 3 */
+  const float *weights;    /* [H][V] or NULL for bounded biharmonic ones; 1 and 0 on handles, >= 0, columns sum to 1 */
+} exm_amrap_bind_settings;
+
+EXM_API void exm_amrap_bind_settings_init(exm_amrap_bind_settings *settings);
+
+/**
+ * Bind an as-multi-rigid-as-possible deformer [AMRAP, sections 4 and 5].
+ *
+ * mesh       the reference: its geometry gives the cotangent Laplacian and the handles' reference frames
+ * exemplars  [S][V][3] finite
+ * handles    2 or more, at least one pinned or oriented on every connected part
+ * settings   NULL for the defaults
+ * progress   may be NULL
+ * out        NULL on failure; release with exm_deformer_destroy
+ *
+ * Memory: O(H V + S V) plus the reduced operators, which do not depend on V.
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_UNCONSTRAINED, EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY,
+ * EXM_ERROR_NUMERIC.
+ */
+EXM_API exm_status exm_amrap_create(const exm_mesh *mesh, const float *exemplars, size_t exemplar_count,
+                                    const exm_handles *handles, const exm_amrap_bind_settings *settings,
+                                    exm_progress progress, void *user, exm_deformer **out);
+
+typedef enum exm_blend {
+  EXM_BLEND_LOCAL = 0, /* blend weights vary over the edge groups [AMRAP, eq. 8] */
+  EXM_BLEND_GLOBAL = 1 /* one blend for the whole mesh */
+} exm_blend;
+
+typedef enum exm_descent {
+  EXM_DESCENT_AUTO = 0,        /* plain, and guarded from the moment that the objective is seen to oscillate */
+  EXM_DESCENT_PLAIN = 1,       /* [AMRAP, 5.3-5.5] */
+  EXM_DESCENT_TRUST_REGION = 2 /* [AMRAP, appendix A]: no iteration increases the objective */
+} exm_descent;
+
+typedef struct exm_amrap_solve_settings {
+  size_t struct_size;
+  double lambda;      /* >= 0, default 0.5: 0 is a linear shape space, large values jump between exemplars */
+  int32_t blend;      /* exm_blend */
+  int32_t rotations;  /* 1; 0 holds every local rotation at the identity, and the result is the global optimum [5.5] */
+  int32_t start;      /* exm_start */
+  int32_t descent;    /* exm_descent */
+  int32_t iterations; /* cap on the outer alternation, > 0 */
+  double tolerance;   /* stop when no proxy moves further than this share of the mesh's size, > 0 */
+} exm_amrap_solve_settings;
+
+EXM_API void exm_amrap_solve_settings_init(exm_amrap_solve_settings *settings);
+
+/**
+ * Solve for one set of handle targets; read the result with exm_deformer_positions.
+ *
+ * targets   [H][3][4] finite: rows of [linear part | centre]; the linear part counts for oriented handles and is
+ *           relative to the reference pose; rows of free handles are not looked at
+ * settings  NULL for the defaults
+ * report    may be NULL
+ *
+ * Returns EXM_WARNING_NOT_CONVERGED where the cap was reached first; the result is usable.
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_NUMERIC; the deformer keeps its previous result.
+ */
+EXM_API exm_status exm_amrap_solve(exm_deformer *deformer, const double *targets,
+                                   const exm_amrap_solve_settings *settings, exm_solve_report *report);
+
+/** Blend weights of the last solve: [G][S], rows sum to 1 [B of eq. 8]. */
+EXM_API exm_status exm_amrap_blend_weights(const exm_deformer *deformer, double *blend);
+
+/** Their average over the edge groups, weighted by stiffness: [S], sums to 1. */
+EXM_API exm_status exm_amrap_blend_average(const exm_deformer *deformer, double *average);
+
+/** For engineers and tests: what is needed to evaluate eq. 10 on the full mesh. */
+
+/** The edge group of each vertex, [V]. Group g's edge set is made of triangles, each with the share of its corners that
+ *  are in g: c_ge = cotangent weight x share. */
+EXM_API exm_status exm_amrap_edge_groups(const exm_deformer *deformer, uint32_t *groups);
+
+/** Local rotations of the last solve, [G][S][3][3] row-major [eq. 21]. */
+EXM_API exm_status exm_amrap_rotations(const exm_deformer *deformer, double *rotations);
+
+/** Distances of the exemplars from the handle pose, [G][S]: D of eq. 10, not yet square-rooted. */
+EXM_API exm_status exm_amrap_exemplar_energies(const exm_deformer *deformer, double *energies);
+
+/** The single-exemplar solution that D was measured on, [V][3]. */
+EXM_API exm_status exm_amrap_exemplar_positions(const exm_deformer *deformer, size_t exemplar, double *positions);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
