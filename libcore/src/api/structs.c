@@ -14,6 +14,11 @@ static size_t struct_size(const void *any)
   return size;
 }
 
+exm_status check_pointer(const void *argument, const char *name)
+{
+  return argument ? EXM_OK : status_set(EXM_ERROR_ARGUMENT, "%s is NULL", name);
+}
+
 exm_status report_check(const void *theirs, const char *name)
 {
   if (!theirs) {

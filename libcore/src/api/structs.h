@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Structs that grow. A caller's struct begins with struct_size, the size that its header gave it; ours may be larger or
+/* What every function of the API begins with: pointers that are there, and structs that grow.
+ *
+ * A caller's struct begins with struct_size, the size that its header gave it; ours may be larger or
  * smaller. Fields are only ever added at the end, so the common prefix is what both sides understand.
  *
  *   exm_x_settings own;                      exm_x_report found = {.struct_size = sizeof found, ...};
@@ -10,6 +12,9 @@
 #define EXM_API_STRUCTS_H
 
 #include "base/status.h"
+
+/** EXM_ERROR_ARGUMENT that names the argument where it is NULL. */
+exm_status check_pointer(const void *argument, const char *name);
 
 /** Overwrite our defaults by what the caller's header knew of. `theirs` may be NULL: the defaults stay. */
 exm_status settings_read(void *ours, size_t our_size, const void *theirs, const char *name);

@@ -20,8 +20,17 @@ typedef struct exm_mesh {
   uint32_t *non_manifold_edges; /* [2 x] vertex pairs */
   uint32_t *degenerate_faces;
   uint32_t *loose_vertices;
-  exm_mesh_report report;
-  arena memory;
+  exm_mesh_report report; /* says how many there are of each */
+  arena memory;           /* holds the struct itself, too */
 } mesh;
+
+/** See exm_mesh_create. positions [V][3], triangles [F][3], neither NULL. */
+exm_status mesh_create(const float (*positions)[3], size_t vertex_count, const uint32_t (*triangles)[3],
+                       size_t triangle_count, mesh **out);
+
+/** See exm_mesh_read. */
+exm_status mesh_read(const char *path, mesh **out);
+
+void mesh_destroy(mesh *m);
 
 #endif
