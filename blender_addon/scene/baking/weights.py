@@ -52,14 +52,22 @@ class KeyFit:
         return values, np.linalg.norm(residual, axis=1)
 
 
-def misfit(distances, frames, diagonal):
-    """Sum up the distances [frames][V]."""
-    squares = 0.0
-    largest, worst = 0.0, frames[0]
-    count = 0
-    for frame, row in zip(frames, distances):
-        squares += float(row @ row)
-        count += len(row)
-        if row.max(initial=0.0) > largest:
-            largest, worst = float(row.max()), frame
-    return Misfit((squares / max(1, count)) ** 0.5 / diagonal, largest / diagonal, worst)
+class ErrorSum:
+    """Sums up distances frame by frame, without keeping them."""
+
+    def __init__(self):
+        self._squares = 0.0
+        self._count = 0
+        self._largest = -1.0
+        self._worst_frame = 0
+
+    def add(self, frame, distances):
+        """distances  [V]"""
+        self._squares += float(distances @ distances)
+        self._count += len(distances)
+        if distances.max() > self._largest:
+            self._largest, self._worst_frame = float(distances.max()), frame
+
+    def misfit(self, diagonal):
+        rms = (self._squares / self._count) ** 0.5
+        return Misfit(rms / diagonal, self._largest / diagonal, self._worst_frame)
