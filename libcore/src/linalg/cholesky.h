@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Sparse Cholesky factorisation of symmetric positive definite matrices. */
+#ifndef EXM_LINALG_CHOLESKY_H
+#define EXM_LINALG_CHOLESKY_H
+
+#include "linalg/sparse.h"
+
+/** A factor and its solver's workspace; one thread at a time. */
+typedef struct cholesky cholesky;
+
+/**
+ * Analyse and factor.
+ *
+ * lower  copied
+ * out    NULL on failure; release with cholesky_destroy
+ *
+ * Errors: EXM_ERROR_NUMERIC (not positive definite to working precision, or not finite), EXM_ERROR_OUT_OF_MEMORY,
+ * EXM_ERROR_INTERNAL.
+ */
+exm_status cholesky_create(const sparse *lower, cholesky **out);
+
+/** Factor another matrix of the same pattern, without analysing it again. A factor whose refactoring failed solves
+ *  nothing until one succeeds. Errors: as above. */
+exm_status cholesky_refactor(cholesky *factor, const sparse *lower);
+
+/**
+ * Solve A x = b in place.
+ *
+ * columns  [count][size] right-hand sides in, solutions out; untouched on failure
+ *
+ * Errors: EXM_ERROR_OUT_OF_MEMORY (the first solve with more columns than before allocates), EXM_ERROR_NUMERIC,
+ * EXM_ERROR_INTERNAL.
+ */
+exm_status cholesky_solve(cholesky *factor, size_t count, double *columns);
+
+void cholesky_destroy(cholesky *factor);
+
+#endif
