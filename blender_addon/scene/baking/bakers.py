@@ -6,8 +6,8 @@ import os
 import bpy
 import numpy as np
 
-from .. import meshes, versions
-from . import curves, mdd, mesh_cache, pc2, playback, shape_keys, weights
+from .. import fingerprint, meshes, results, versions
+from . import curves, mdd, pc2, playback, shape_keys, weights
 from .errors import SettingsError
 
 EXTENSIONS = {"PC2": ".pc2", "MDD": ".mdd"}
@@ -77,7 +77,7 @@ class FileBaker(Baker):
 class ShapeKeyBaker(Baker):
     def __init__(self, obj, scene, settings, frames):
         super().__init__(obj, scene, settings, frames)
-        self._player = playback.player(obj)
+        self._player = results.shown_object(obj)
         check_keys(self._player)
         self._samples = []
 
@@ -85,7 +85,8 @@ class ShapeKeyBaker(Baker):
         self._samples.append(positions.copy())
 
     def finish(self):
-        blocks = shape_keys.write(self._player, self.frames, self._samples)
+        basis = versions.get_key_positions(meshes.reference_key(self.obj))
+        blocks = shape_keys.write(self._player, self.frames, self._samples, basis)
         playback.play_keys(self.obj, self._player, blocks)
         return f"Baked {len(blocks)} frames to as many shape keys of {self._player.name}"
 
@@ -162,18 +163,13 @@ def check_keys(obj):
 
 def weight_keys(obj):
     """The shape keys whose values a bake of weights animates: the exemplars but the Basis."""
-    baked = {block.name for block in shape_keys.baked_keys(obj)}
-    off = {item.name for item in obj.exemplar.exemplars if not item.enabled}
-    reference = meshes.reference_key(obj)
-    blocks = [
-        block
-        for block in meshes.exemplar_keys(obj)
-        if block != reference and block.name not in baked | off
-    ]
+    keys = obj.data.shape_keys
+    bound = (keys.key_blocks[name] for name in fingerprint.names(obj))
+    blocks = [block for block in bound if block != keys.reference_key]
     if not blocks:
         raise SettingsError(f"{obj.name} has no exemplar beside its Basis to give a value to")
     for block in blocks:
-        if curves.is_driven(obj.data.shape_keys, block):
+        if curves.is_driven(keys, block):
             raise SettingsError(
                 f"The value of shape key {block.name} has a driver, which would win over the bake: "
                 "remove it, or switch the exemplar off"

@@ -22,8 +22,13 @@ def is_driven(key, key_block):
     return animation is not None and any(d.data_path == path for d in animation.drivers)
 
 
+def is_animated(key, key_block):
+    path = value_path(key_block)
+    return any(curve.data_path == path for curve in _find_curves(key) or ())
+
+
 def set_linear(key, key_block, frames, values):
-    """Replace the animation of a shape key's value by keyframes with straight lines between them."""
+    """Replace what animates a shape key's value by keyframes with straight lines between."""
     curves = _ensure_curves(key)
     path = value_path(key_block)
     remove(key, key_block)
