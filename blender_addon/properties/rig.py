@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# flake8: noqa: F722, F821 (Blender's properties are calls where annotations should be)
+"""The state of one mesh object: `Object.exemplar`."""
+
+import bpy
+
+from .exemplars import OVERRIDABLE, ExemplarItem, tag_owner
+from .handles import HandleItem
+
+COLLECTION = {"LIBRARY_OVERRIDABLE", "USE_INSERTION"}
+TARGETS = (
+    ("KEY", "Shape Key", "Show the result in a shape key of its own on this mesh"),
+    ("OBJECT", "Separate Object", "Show the result on a copy of this mesh that has no shape keys"),
+)
+BLENDS = (
+    ("LOCAL", "Local", "Each region of the mesh blends the exemplars in its own way"),
+    ("GLOBAL", "Global", "One blend of the exemplars for the whole mesh"),
+)
+DESCENTS = (
+    ("AUTO", "Automatic", "Fast steps, and guarded ones as soon as the fast ones oscillate"),
+    ("PLAIN", "Plain", "Fast steps only"),
+    ("TRUST_REGION", "Guarded", "Steps that never make the result worse; slower"),
+)
+
+
+class RigProperties(bpy.types.PropertyGroup):
+    exemplars: bpy.props.CollectionProperty(type=ExemplarItem, override=COLLECTION)
+    handles: bpy.props.CollectionProperty(type=HandleItem, override=COLLECTION)
+    handle_index: bpy.props.IntProperty(
+        name="Handle", description="The handle that the buttons are about", options=set()
+    )
+
+    live: bpy.props.BoolProperty(
+        name="Live",
+        description="The mesh follows its handles at once, in the viewport and in renders",
+        default=True,
+        options=set(),
+        override=OVERRIDABLE,
+        update=tag_owner,
+    )
+    target: bpy.props.EnumProperty(
+        name="Show Result In",
+        description="Where the posed mesh is shown. Your own shape keys are never changed",
+        items=TARGETS,
+        options=set(),
+        override=OVERRIDABLE,
+        update=tag_owner,
+    )
+    lambda_: bpy.props.FloatProperty(
+        name="Lambda",
+        description=(
+            "How much the result keeps close to single exemplars. 0: any mixture is as good as "
+            "another; 0.5: passes through every exemplar on its way; large: jumps between them"
+        ),
+        default=0.5,
+        min=0.0,
+        soft_max=2.0,
+        override=OVERRIDABLE,
+        update=tag_owner,
+    )
+    blend: bpy.props.EnumProperty(
+        name="Blend",
+        description="Whether regions of the mesh may blend the exemplars differently",
+        items=BLENDS,
+        override=OVERRIDABLE,
+        update=tag_owner,
+    )
+    rotations: bpy.props.BoolProperty(
+        name="Rotations",
+        description=(
+            "Let parts of the exemplars turn to reach the handles. "
+            "Switch off for faces: nothing turns there, and the result is faster and steadier"
+        ),
+        default=True,
+        override=OVERRIDABLE,
+        update=tag_owner,
+    )
+    iterations: bpy.props.IntProperty(
+        name="Iterations",
+        description="At most this many rounds of refinement a solve",
+        default=100,
+        min=1,
+        soft_max=1000,
+        override=OVERRIDABLE,
+        update=tag_owner,
+    )
+    descent: bpy.props.EnumProperty(
+        name="Steps",
+        description="How the solve goes towards the result",
+        items=DESCENTS,
+        override=OVERRIDABLE,
+        update=tag_owner,
+    )
+    edge_groups: bpy.props.IntProperty(
+        name="Regions",
+        description=(
+            "How many regions of the mesh may blend and turn by themselves. "
+            "0: twice as many as there are handles. Takes effect at the next Bind"
+        ),
+        default=0,
+        min=0,
+        soft_max=200,
+        options=set(),
+        override=OVERRIDABLE,
+        update=tag_owner,
+    )
+
+    bound: bpy.props.BoolProperty(options={"HIDDEN"}, override=OVERRIDABLE)
+    uuid: bpy.props.StringProperty(options={"HIDDEN"}, override=OVERRIDABLE)
+    # JSON: what the deformer was bound to, in digests (scene/fingerprint.py).
+    fingerprint: bpy.props.StringProperty(options={"HIDDEN"}, override=OVERRIDABLE)
+    bound_target: bpy.props.StringProperty(options={"HIDDEN"}, override=OVERRIDABLE)
+    result_key: bpy.props.StringProperty(options={"HIDDEN"}, override=OVERRIDABLE)
+    result_object: bpy.props.PointerProperty(
+        type=bpy.types.Object, options={"HIDDEN"}, override=OVERRIDABLE
+    )
+    # What Unbind gives back to the mesh object when a separate object showed the result.
+    display_before: bpy.props.StringProperty(options={"HIDDEN"}, override=OVERRIDABLE)
+    # Driven by the empties, to no effect of its own (scene/follow.py).
+    follow: bpy.props.FloatProperty(options={"HIDDEN", "ANIMATABLE"}, override=OVERRIDABLE)
+
+
+classes = (RigProperties,)
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(classes)
+
+
+def register():
+    _register_classes()
+    bpy.types.Object.exemplar = bpy.props.PointerProperty(
+        type=RigProperties, name="Exemplar", override=OVERRIDABLE
+    )
+
+
+def unregister():
+    del bpy.types.Object.exemplar
+    _unregister_classes()

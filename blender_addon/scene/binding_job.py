@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A bind in a thread, so that Blender can show its progress and Esc can end it."""
+
+import threading
+
+from ..native import ExemplarError
+from . import bindings
+
+_running = []
+
+
+class BindingJob:
+    """The thread touches arrays and the library only, nothing of Blender's."""
+
+    def __init__(self, gathered):
+        self.gathered = gathered
+        self.fraction = 0.0
+        self.stage = ""
+        self._result = None
+        self._error = None
+        self._cancelled = False
+        self._thread = threading.Thread(target=self._run, name="Exemplar bind", daemon=True)
+        _running.append(self)
+        self._thread.start()
+
+    def _run(self):
+        try:
+            self._result = bindings.build(self.gathered, self._report)
+        except Exception as error:
+            self._error = error
+
+    def _report(self, fraction, stage):
+        self.fraction, self.stage = fraction, stage
+        return self._cancelled
+
+    @property
+    def finished(self):
+        return not self._thread.is_alive()
+
+    def result(self):
+        """(deformer, warnings), once finished; raises what went wrong."""
+        self._close()
+        if self._error is not None:
+            raise self._error
+        return self._result
+
+    def cancel(self):
+        """Wait for the thread to notice, and drop what it made."""
+        self._cancelled = True
+        self._close()
+        if self._result is not None:
+            self._result[0].close()
+            self._result = None
+        if self._error is not None and not isinstance(self._error, ExemplarError):
+            raise self._error
+
+    def _close(self):
+        self._thread.join()
+        if self in _running:
+            _running.remove(self)
+
+
+def cancel_all():
+    """Before the add-on goes."""
+    for job in list(_running):
+        job.cancel()

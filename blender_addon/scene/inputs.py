@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything that a bind needs from an object, checked in the artist's words.
+
+The library checks as well; what is checked here is what can be said better with names of shape
+keys and empties at hand.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy
+
+from ..native import Element, ExemplarError, Kind, Status
+from ..native.library import library
+from . import handles, meshes, versions
+
+
+@dataclass
+class BindInputs:
+    names: list  # of the exemplars
+    reference: numpy.ndarray  # float32 [V][3]
+    triangles: numpy.ndarray  # uint32 [F][3]
+    exemplars: numpy.ndarray  # float32 [S][V][3]
+    labels: list  # of the handles
+    kinds: list  # [H]
+    radii: list  # [H]
+    vertex_sets: list  # [H] uint32 arrays
+    edge_groups: int
+    topology: str
+    centres: numpy.ndarray = field(init=False)  # float64 [H][3]
+
+    def __post_init__(self):
+        reference = self.reference.astype(numpy.float64)
+        self.centres = numpy.array([reference[v].mean(axis=0) for v in self.vertex_sets])
+
+
+def for_bind(obj):
+    """What the artist has set up now. Raises ExemplarError with what is missing."""
+    library()
+    handles.adopt_renamed_groups(obj)
+    keys = _enabled_keys(obj)
+    items = list(obj.exemplar.handles)
+    _check_handles(items)
+    kinds = [int(Kind[item.kind]) for item in items]
+    radii = [item.radius for item in items]
+    gathered = _gather(obj, keys, items, kinds, radii, obj.exemplar.edge_groups)
+    _check_parts(gathered)
+    return gathered
+
+
+def as_bound(obj, exemplar_names, edge_groups):
+    """What the object was bound to: the same handles and exemplars as then, wherever they are."""
+    handles.adopt_renamed_groups(obj)
+    blocks = obj.data.shape_keys.key_blocks
+    items = handles.bound_items(obj)
+    kinds = [item.bound_kind for item in items]
+    radii = [item.bound_radius for item in items]
+    return _gather(obj, [blocks[name] for name in exemplar_names], items, kinds, radii, edge_groups)
+
+
+def _gather(obj, keys, items, kinds, radii, edge_groups):
+    count = len(obj.data.vertices)
+    for index, key in enumerate(keys):
+        if versions.key_size(key) != count:
+            raise ExemplarError(
+                f"Shape key '{key.name}' has {versions.key_size(key)} points, the mesh has {count} "
+                "vertices. Enter and leave Edit Mode once, or remove the key.",
+                element=Element.EXEMPLAR,
+                index=index,
+            )
+    reference = versions.get_key_positions(meshes.reference_key(obj))
+    _check_finite(meshes.reference_key(obj).name, reference)
+    exemplars = numpy.empty((len(keys), count, 3), numpy.float32)
+    for index, key in enumerate(keys):
+        exemplars[index] = versions.get_key_positions(key)
+        _check_finite(key.name, exemplars[index], index)
+    triangles = meshes.triangles(obj.data)
+    if not len(triangles):
+        raise ExemplarError(f"'{obj.name}' has no faces.")
+    return BindInputs(
+        names=[key.name for key in keys],
+        reference=reference,
+        triangles=triangles,
+        exemplars=exemplars,
+        labels=[handles.label(item) for item in items],
+        kinds=kinds,
+        radii=radii,
+        vertex_sets=handles.vertex_sets(obj, items, radii, reference),
+        edge_groups=edge_groups,
+        topology=meshes.topology_digest(obj.data),
+    )
+
+
+def enabled_names(obj):
+    """Names of the exemplars that are switched on."""
+    off = {item.name for item in obj.exemplar.exemplars if not item.enabled}
+    return [key.name for key in meshes.exemplar_keys(obj) if key.name not in off]
+
+
+def _enabled_keys(obj):
+    if not meshes.exemplar_keys(obj):
+        raise ExemplarError(
+            f"'{obj.name}' has no shape keys. Sculpt its poses as shape keys first: "
+            "Object Data Properties, Shape Keys."
+        )
+    names = enabled_names(obj)
+    if len(names) < 2:
+        have = "Only one exemplar is" if names else "No exemplar is"
+        raise ExemplarError(f"{have} switched on. Switch on two or more shape keys as exemplars.")
+    return [obj.data.shape_keys.key_blocks[name] for name in names]
+
+
+def _check_finite(name, positions, index=None):
+    bad = numpy.flatnonzero(~numpy.isfinite(positions).all(axis=1))
+    if len(bad):
+        more = f" and {len(bad) - 1} more" if len(bad) > 1 else ""
+        raise ExemplarError(
+            f"Shape key '{name}' has coordinates that are not numbers, at vertex {bad[0]}{more}.",
+            element=Element.EXEMPLAR,
+            index=index,
+            vertices=bad,
+        )
+
+
+def _check_handles(items):
+    if len(items) < 2:
+        have = "There is one handle" if items else "There are no handles"
+        raise ExemplarError(
+            f"{have}; two or more are needed. " "Select vertices in Edit Mode and press Add Handle."
+        )
+    for index, item in enumerate(items):
+        if handles.is_missing(item):
+            raise ExemplarError(
+                f"The empty of handle '{handles.label(item)}' was deleted. Remove the handle.",
+                element=Element.HANDLE,
+                index=index,
+            )
+    if all(item.kind == "FREE" for item in items):
+        raise ExemplarError(
+            "Every handle is free, so nothing holds the mesh. Make a handle pinned or oriented."
+        )
+
+
+def _check_parts(inputs):
+    """Every connected part needs a handle that holds it."""
+    labels = meshes.components(len(inputs.reference), inputs.triangles)
+    held, touched = set(), set()
+    for kind, vertices in zip(inputs.kinds, inputs.vertex_sets):
+        parts = set(labels[vertices].tolist())
+        touched |= parts
+        if kind != Kind.FREE:
+            held |= parts
+    loose = sorted(set(labels.tolist()) - held)
+    if not loose:
+        return
+    vertices = numpy.flatnonzero(numpy.isin(labels, loose))
+    if touched.issuperset(loose):
+        what = "has only free handles. Make one of them pinned or oriented"
+    else:
+        what = "has no pinned or oriented handle. Add one there, or join or delete it"
+    count = f"One loose part ({len(vertices)} vertices)" if len(loose) == 1 else None
+    count = count or f"Each of {len(loose)} loose parts ({len(vertices)} vertices)"
+    raise ExemplarError(
+        f"{count} {what}.",
+        status=Status.ERROR_UNCONSTRAINED,
+        element=Element.VERTEX,
+        index=int(vertices[0]),
+        vertices=vertices,
+    )

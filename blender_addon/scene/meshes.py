@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a bind needs of a mesh object, as arrays."""
+
+import hashlib
+
+import numpy
+
+
+def triangles(mesh):
+    """uint32 [F][3]"""
+    mesh.calc_loop_triangles()
+    corners = numpy.empty((len(mesh.loop_triangles), 3), numpy.int32)
+    mesh.loop_triangles.foreach_get("vertices", corners.ravel())
+    return corners.astype(numpy.uint32)
+
+
+def edges(mesh):
+    """int32 [E][2]"""
+    pairs = numpy.empty((len(mesh.edges), 2), numpy.int32)
+    mesh.edges.foreach_get("vertices", pairs.ravel())
+    return pairs
+
+
+def topology_digest(mesh):
+    """Changes with the faces' corners, and with nothing else."""
+    corners = numpy.empty(len(mesh.loops), numpy.int32)
+    mesh.loops.foreach_get("vertex_index", corners)
+    sizes = numpy.empty(len(mesh.polygons), numpy.int32)
+    mesh.polygons.foreach_get("loop_total", sizes)
+    return digest(corners, sizes)
+
+
+def digest(*arrays):
+    """Short and the same on every machine; it tells edits apart, not enemies."""
+    state = hashlib.blake2b(digest_size=12)
+    for array in arrays:
+        state.update(numpy.ascontiguousarray(array))
+    return state.hexdigest()
+
+
+def reference_key(obj):
+    keys = obj.data.shape_keys
+    return keys.reference_key if keys else None
+
+
+def exemplar_keys(obj):
+    """The shape keys that can be exemplars: all but the one that shows our result."""
+    keys = obj.data.shape_keys if obj.type == "MESH" else None
+    if not keys:
+        return []
+    return [key for key in keys.key_blocks if key.name != obj.exemplar.result_key]
+
+
+def group_members(obj, names):
+    """{name: uint32 vertices} of the vertex groups that exist among `names`, in one pass."""
+    wanted = {group.index: group.name for group in obj.vertex_groups if group.name in names}
+    members = {name: [] for name in wanted.values()}
+    if wanted:
+        for vertex in obj.data.vertices:
+            for element in vertex.groups:
+                if element.weight > 0 and element.group in wanted:
+                    members[wanted[element.group]].append(vertex.index)
+    return {name: numpy.array(found, numpy.uint32) for name, found in members.items()}
+
+
+def group_weights(obj, name):
+    """float32 [V]; zero outside the group."""
+    weights = numpy.zeros(len(obj.data.vertices), numpy.float32)
+    group = obj.vertex_groups.get(name)
+    if group is not None:
+        for vertex in obj.data.vertices:
+            for element in vertex.groups:
+                if element.group == group.index:
+                    weights[vertex.index] = element.weight
+    return weights
+
+
+def components(vertex_count, corners):
+    """int64 [V]: the lowest vertex of each vertex's connected part."""
+    labels = numpy.arange(vertex_count)
+    if not len(corners):
+        return labels
+    first = numpy.concatenate([corners[:, 0], corners[:, 1]]).astype(numpy.int64)
+    second = numpy.concatenate([corners[:, 1], corners[:, 2]]).astype(numpy.int64)
+    while True:
+        roots_first, roots_second = labels[first], labels[second]
+        low = numpy.minimum(roots_first, roots_second)
+        # Hook roots onto lower ones, then flatten: a long strip takes few rounds, not one a vertex.
+        joined = labels.copy()
+        numpy.minimum.at(joined, roots_first, low)
+        numpy.minimum.at(joined, roots_second, low)
+        while not numpy.array_equal(joined, joined[joined]):
+            joined = joined[joined]
+        if numpy.array_equal(joined, labels):
+            return labels
+        labels = joined

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What to tell the artist: what is wrong, what is at work, what to do next.
+
+Draw functions ask, so nothing here writes to Blender's data.
+"""
+
+import json
+from dataclasses import dataclass
+
+from ..native import ExemplarError, library
+from ..native.declarations import Kind
+from . import bindings, handles, inputs, meshes, solving
+
+_last_errors = {}  # owner name -> ExemplarError of the last operator that failed on it
+
+
+@dataclass(frozen=True)
+class Line:
+    icon: str
+    text: str
+
+
+def remember(obj, error):
+    _last_errors[bindings.owner_name(obj)] = error
+
+
+def forget(obj):
+    _last_errors.pop(bindings.owner_name(obj), None)
+
+
+def library_problem():
+    """Why there is no native library, or ""."""
+    try:
+        library()
+    except ExemplarError as error:
+        return str(error)
+    return ""
+
+
+def describe(obj):
+    """[Line], the most important first."""
+    problem = library_problem()
+    if problem:
+        return [Line("ERROR", problem)]
+    if obj is None:
+        return [Line("INFO", "Select a mesh that has shape keys.")]
+    lines = []
+    error = _last_errors.get(bindings.owner_name(obj))
+    if error is not None:
+        lines.append(Line("ERROR", str(error)))
+    return lines + (_describe_bound(obj) if obj.exemplar.bound else [_next_step(obj)])
+
+
+def _next_step(obj):
+    if not meshes.exemplar_keys(obj):
+        return Line("INFO", "Sculpt poses of the mesh as shape keys: each is an exemplar.")
+    if len(inputs.enabled_names(obj)) < 2:
+        return Line("INFO", "Switch on two or more exemplars.")
+    count = len(obj.exemplar.handles)
+    if count < 2:
+        what = "Add handles" if count == 0 else "Add one more handle"
+        return Line("INFO", f"{what}: select vertices in Edit Mode, then press Add Handle.")
+    mode = solving.paused_by(obj)
+    if mode:
+        return Line("INFO", f"Leave {mode}, then press Bind.")
+    return Line("INFO", "Ready: press Bind.")
+
+
+def _describe_bound(obj):
+    mode = solving.paused_by(obj)
+    if mode:
+        return [Line("PAUSE", f"Paused in {mode}. The mesh follows again when you leave it.")]
+    state = bindings.peek(obj)
+    lines = []
+    if state is not None and state.problem is not None:
+        lines.append(Line("ERROR", str(state.problem)))
+    elif not obj.exemplar.live:
+        lines.append(Line("PAUSE", "Live is off. The mesh keeps the shape that it has."))
+    elif state is not None and state.result is not None:
+        lines.append(_describe_result(state))
+    else:
+        lines.append(Line("CHECKMARK", "Bound. Move the handles."))
+    if changes := pending(obj):
+        lines.append(Line("FILE_REFRESH", f"Press Rebind to use the changed {changes}."))
+    if obj.show_only_shape_key and obj.exemplar.bound_target == "KEY":
+        lines.append(
+            Line("PINNED", "Shape Key Lock is on, which hides the result. Switch the pin off.")
+        )
+    if state is not None:
+        lines += [Line("ERROR", sentence) for sentence, _ in state.warnings]
+    return lines
+
+
+def _describe_result(state):
+    report = state.result.report
+    speed = f"{report.iterations} iterations, {1000 * report.seconds:.1f} ms"
+    if report.converged:
+        return Line("CHECKMARK", f"Following ({speed}).")
+    return Line("CHECKMARK", f"Following, not fully refined ({speed}).")
+
+
+def pending(obj):
+    """What was changed since Bind and takes effect at the next, or ""."""
+    rig = obj.exemplar
+    bound = json.loads(rig.fingerprint)
+    changed = []
+    if len(inputs.enabled_names(obj)) != len(bound["exemplars"]):
+        changed.append("exemplars")
+    elif {name for name, _ in bound["exemplars"]} - set(inputs.enabled_names(obj)):
+        if any(not item.enabled for item in rig.exemplars):
+            changed.append("exemplars")
+    if any(
+        item.bound_index < 0
+        or int(Kind[item.kind]) != item.bound_kind
+        or item.radius != item.bound_radius
+        for item in rig.handles
+    ):
+        changed.append("handles")
+    if rig.edge_groups != bound["edge_groups"]:
+        changed.append("regions")
+    if rig.target != rig.bound_target:
+        changed.append("place of the result")
+    return " and ".join([", ".join(changed[:-1]), changed[-1]] if changed[1:] else changed)
+
+
+def problem_vertices(obj):
+    """Vertices that the last error or the bind's warnings are about: a sequence, maybe empty."""
+    state = bindings.peek(obj) if obj.exemplar.bound else None
+    errors = [_last_errors.get(bindings.owner_name(obj)), state and state.problem]
+    for error in errors:
+        if error is not None and len(error.vertices):
+            return error.vertices
+    found = set()
+    for _, vertices in state.warnings if state is not None else ():
+        found.update(int(vertex) for vertex in vertices)
+    return sorted(found)
+
+
+def missing_handles(obj):
+    return [item for item in obj.exemplar.handles if handles.is_missing(item)]
