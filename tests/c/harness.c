@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "harness.h"
 
+#include <dirent.h>
 #include <stdarg.h>
+#include <unistd.h>
 
 enum { FAILURES_SHOWN = 10 };
 
@@ -91,6 +93,58 @@ void *test_array(size_t count, size_t size)
   }
   return array;
 }
+
+/* ------------------------------------------------------------------------------------------------------------ files */
+
+static char folder[256];
+
+static void remove_folder(void)
+{
+  DIR *entries = opendir(folder);
+  for (struct dirent *entry = entries ? readdir(entries) : NULL; entry; entry = readdir(entries)) {
+    char path[1024];
+    snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
+    if (entry->d_name[0] != '.') {
+      unlink(path);
+    }
+  }
+  if (entries) {
+    closedir(entries);
+  }
+  rmdir(folder);
+}
+
+const char *test_file(const char *name, const void *bytes, size_t size)
+{
+  static char path[512];
+  if (!folder[0]) {
+    const char *parent = getenv("TMPDIR");
+    snprintf(folder, sizeof folder, "%s/exemplar-XXXXXX", parent ? parent : "/tmp");
+    if (!mkdtemp(folder)) {
+      perror(folder);
+      exit(1);
+    }
+    atexit(remove_folder);
+  }
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  FILE *stream = fopen(path, "wb");
+  if (!stream || fwrite(bytes, 1, size, stream) != size || fclose(stream) != 0) {
+    perror(path);
+    exit(1);
+  }
+  return path;
+}
+
+const char *test_data(const char *name)
+{
+  static char path[1024];
+  const char *root = getenv("EXEMPLAR_DATA");
+  snprintf(path, sizeof path, "%s/%s", root ? root : "../shared/data", name);
+  return access(path, R_OK) == 0 ? path : NULL;
+}
+
+/* ----------------------------------------------------------------------------------------------------------- running
+ */
 
 /* "/some/where/test_mesh" -> "mesh" */
 static const char *program_name(const char *path)

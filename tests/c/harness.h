@@ -83,4 +83,11 @@ double test_uniform(test_random *random);
 /** malloc that ends the program with a FAIL line where it fails; free() it. */
 void *test_array(size_t count, size_t size);
 
+/** Write a file of that name into a folder that vanishes with the program; returns its path, valid until the next call.
+ */
+const char *test_file(const char *name, const void *bytes, size_t size);
+
+/** Path of a real mesh (EXEMPLAR_DATA), valid until the next call; NULL where it is not there: SKIP then. */
+const char *test_data(const char *name);
+
 #endif
