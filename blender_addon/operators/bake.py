@@ -7,36 +7,25 @@ import bpy
 
 from ..native import ExemplarError
 from ..properties.bake import BakeOptions
-from ..scene import rigs
-from ..scene.baking import job
-from ..scene.baking.errors import BakeError
+from ..scene import rigs, status
+from ..scene.baking import job, playback
+from .base import ExemplarOperator, why_linked, why_not_bound
 
 # How long one turn may take before the window gets to draw and to hear Esc.
 _TURN_SECONDS = 0.05
 
 
-class EXEMPLAR_OT_bake(BakeOptions, bpy.types.Operator):
+class EXEMPLAR_OT_bake(BakeOptions, ExemplarOperator, bpy.types.Operator):
     bl_idname = "exemplar.bake"
     bl_label = "Bake"
     bl_description = (
         "Solve every frame and keep the result so that it plays without this add-on. "
         "Esc cancels and leaves everything as it was"
     )
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
-        obj = rigs.active_rig(context)
-        if obj is None or not obj.exemplar.bound:
-            cls.poll_message_set("Bind the mesh first: there is nothing to bake yet")
-            return False
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Leave the present mode: baking needs Object Mode")
-            return False
-        if obj.library is not None:
-            cls.poll_message_set("The object is linked: make a library override of it first")
-            return False
-        return True
+    def why_not(cls, context, obj):
+        return why_not_bound(obj) or why_linked(obj) or _why_not_object_mode(context)
 
     def invoke(self, context, _event):
         """From the panel: its settings, in turns, so that the window stays alive."""
@@ -107,10 +96,9 @@ class EXEMPLAR_OT_bake(BakeOptions, bpy.types.Operator):
                 if time.monotonic() >= until:
                     break
         except StopIteration as stop:
-            return self._succeed(stop.value)
-        except (BakeError, ExemplarError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return self._succeed(context, stop.value)
+        except ExemplarError as error:
+            return self.fail(rigs.active_rig(context), error)
         self._show(
             context,
             f"Baking frame {progress.frame}, {progress.done} of {progress.total}. Esc cancels",
@@ -118,7 +106,8 @@ class EXEMPLAR_OT_bake(BakeOptions, bpy.types.Operator):
         context.window_manager.progress_update(100 * progress.done // progress.total)
         return None
 
-    def _succeed(self, result):
+    def _succeed(self, context, result):
+        status.forget(rigs.active_rig(context))
         self.report({"WARNING"} if result.unconverged else {"INFO"}, result.message)
         return {"FINISHED"}
 
@@ -132,5 +121,25 @@ class EXEMPLAR_OT_bake(BakeOptions, bpy.types.Operator):
         self._show(context, None)
 
 
-classes = (EXEMPLAR_OT_bake,)
+class EXEMPLAR_OT_bake_remove(ExemplarOperator, bpy.types.Operator):
+    bl_idname = "exemplar.bake_remove"
+    bl_label = "Remove Bake"
+    bl_description = (
+        "Remove the modifier or the shape keys of a bake and let the mesh follow its handles again. "
+        "Baked files, and keyframes on your own shape keys, stay"
+    )
+
+    @classmethod
+    def why_not(cls, context, obj):
+        return why_not_bound(obj) or why_linked(obj) or _why_not_object_mode(context)
+
+    def run(self, _context, obj):
+        playback.remove(obj)
+
+
+def _why_not_object_mode(context):
+    return "" if context.mode == "OBJECT" else "Baking needs Object Mode: leave the present mode"
+
+
+classes = (EXEMPLAR_OT_bake, EXEMPLAR_OT_bake_remove)
 register, unregister = bpy.utils.register_classes_factory(classes)

@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+# flake8: noqa: F722, F821 (Blender's properties are calls where annotations should be)
 """How an object is baked: `Object.exemplar_bake`, and the options of the operator, which are the
 same ones.
 """

@@ -3,7 +3,10 @@
 artist."""
 
 
-class BakeError(Exception):
+from ...native import ExemplarError
+
+
+class BakeError(ExemplarError):
     """A bake did not happen; the previous file and the scene are as they were."""
 
 

@@ -3,7 +3,7 @@
 
 import json
 
-from .. import results, versions
+from .. import bindings, exemplars, results, versions
 from . import curves, mesh_cache, shape_keys
 
 # On the Key data-block: names of the keys that a bake muted.
@@ -55,6 +55,7 @@ def remove(obj):
             shown.modifiers.remove(modifier)
         _restore_muted(shown)
         shape_keys.remove(shown)
+    exemplars.sync(obj)
     _show_result_again(obj)
     obj.exemplar.live = True
 
@@ -98,17 +99,16 @@ def _clear_result_key(obj):
     if block is not None:
         versions.set_key_positions(block, versions.get_key_positions(block.relative_key))
         obj.data.update_tag()
+    state = bindings.peek(obj)
+    if state is not None:
+        state.forget_shown()
 
 
 def _leave_out_of_exemplars(obj):
     """Keys made by a bake are not exemplars, unless somebody says so."""
-    items = {item.name: item for item in obj.exemplar.exemplars}
-    key = obj.data.shape_keys
+    exemplars.sync(obj)
     for block in shape_keys.baked_keys(obj):
-        item = items.get(block.name) or obj.exemplar.exemplars.add()
-        item.name = block.name
-        item.index = key.key_blocks.find(block.name)
-        item.enabled = False
+        obj.exemplar.exemplars[block.name].enabled = False
 
 
 # -------------------------------------------------------------------------------- separate objects
