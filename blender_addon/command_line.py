@@ -307,5 +307,11 @@ def leave(code):
     os._exit(code)
 
 
+def own_arguments():
+    """What follows `--`."""
+    found = sys.argv.index("--") if "--" in sys.argv else len(sys.argv)
+    return sys.argv[found + 1 :]  # noqa: E203
+
+
 if __name__ == "__main__":
-    leave(main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []))
+    leave(main(own_arguments()))

@@ -125,7 +125,7 @@ class EXEMPLAR_OT_bake_remove(ExemplarOperator, bpy.types.Operator):
     bl_idname = "exemplar.bake_remove"
     bl_label = "Remove Bake"
     bl_description = (
-        "Remove the modifier or the shape keys of a bake and let the mesh follow its handles again. "
+        "Remove the modifier or the shape keys of a bake, and let the mesh follow its handles. "
         "Baked files, and keyframes on your own shape keys, stay"
     )
 

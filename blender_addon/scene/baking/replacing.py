@@ -50,7 +50,7 @@ class ReplacingFile:
         if os.path.isdir(self.path):
             raise WriteError(f"Cannot write {self.path}: a folder has that name")
         try:
-            if os.path.exists(self.path) and not os.access(self.path, os.W_OK):
+            if os.path.exists(self.path) and not _may_write(self.path):
                 raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
             self._check_free_space(folder)
             # 120: a name may have 255 bytes, and this one is longer than the target's.
@@ -129,6 +129,12 @@ class ReplacingFile:
                 f"The disk is full: {self.path} needs {size_text(self.size)} ({error.strerror})"
             )
         return WriteError(f"Cannot write {self.path}: {error.strerror or error}")
+
+
+def _may_write(path):
+    """A rename would replace a file that its owner has protected."""
+    effective = os.access in os.supports_effective_ids
+    return os.access(path, os.W_OK, effective_ids=effective)
 
 
 def _flush_folder(folder):
