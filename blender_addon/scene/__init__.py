@@ -7,5 +7,6 @@ fingerprint what a bind was made from        bindings   one deformer for each bo
 results     where the result is shown        solving    a solve, from targets to positions
 follow      keeps hidden empties evaluated   rigs       which objects are ours
 live        handlers and timers              status     what to tell the artist
-binding_job a bind in a thread               setup      bind, unbind: all that they change
+exemplars   which shape keys are used        setup      bind, unbind: all that they change
+binding_job a bind in a thread
 """

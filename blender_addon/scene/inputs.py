@@ -11,7 +11,7 @@ import numpy
 
 from ..native import Element, ExemplarError, Kind, Status
 from ..native.library import library
-from . import handles, meshes, versions
+from . import exemplars, handles, meshes, versions
 
 
 @dataclass
@@ -69,10 +69,10 @@ def _gather(obj, keys, items, kinds, radii, edge_groups):
             )
     reference = versions.get_key_positions(meshes.reference_key(obj))
     _check_finite(meshes.reference_key(obj).name, reference)
-    exemplars = numpy.empty((len(keys), count, 3), numpy.float32)
+    poses = numpy.empty((len(keys), count, 3), numpy.float32)
     for index, key in enumerate(keys):
-        exemplars[index] = versions.get_key_positions(key)
-        _check_finite(key.name, exemplars[index], index)
+        poses[index] = versions.get_key_positions(key)
+        _check_finite(key.name, poses[index], index)
     triangles = meshes.triangles(obj.data)
     if not len(triangles):
         raise ExemplarError(f"'{obj.name}' has no faces.")
@@ -80,7 +80,7 @@ def _gather(obj, keys, items, kinds, radii, edge_groups):
         names=[key.name for key in keys],
         reference=reference,
         triangles=triangles,
-        exemplars=exemplars,
+        exemplars=poses,
         labels=[handles.label(item) for item in items],
         kinds=kinds,
         radii=radii,
@@ -90,19 +90,13 @@ def _gather(obj, keys, items, kinds, radii, edge_groups):
     )
 
 
-def enabled_names(obj):
-    """Names of the exemplars that are switched on."""
-    off = {item.name for item in obj.exemplar.exemplars if not item.enabled}
-    return [key.name for key in meshes.exemplar_keys(obj) if key.name not in off]
-
-
 def _enabled_keys(obj):
     if not meshes.exemplar_keys(obj):
         raise ExemplarError(
             f"'{obj.name}' has no shape keys. Sculpt its poses as shape keys first: "
             "Object Data Properties, Shape Keys."
         )
-    names = enabled_names(obj)
+    names = exemplars.enabled_names(obj)
     if len(names) < 2:
         have = "Only one exemplar is" if names else "No exemplar is"
         raise ExemplarError(f"{have} switched on. Switch on two or more shape keys as exemplars.")

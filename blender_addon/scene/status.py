@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from ..native import ExemplarError, library
 from ..native.declarations import Kind
-from . import bindings, handles, inputs, meshes, solving
+from . import bindings, exemplars, handles, meshes, solving
 
 _last_errors = {}  # owner name -> ExemplarError of the last operator that failed on it
 
@@ -52,18 +52,21 @@ def describe(obj):
 
 
 def _next_step(obj):
+    return Line("INFO", why_not_ready(obj) or "Ready: press Bind.")
+
+
+def why_not_ready(obj):
+    """The next thing to do before Bind, or ""."""
     if not meshes.exemplar_keys(obj):
-        return Line("INFO", "Sculpt poses of the mesh as shape keys: each is an exemplar.")
-    if len(inputs.enabled_names(obj)) < 2:
-        return Line("INFO", "Switch on two or more exemplars.")
+        return "Sculpt poses of the mesh as shape keys: each is an exemplar."
+    if len(exemplars.enabled_names(obj)) < 2:
+        return "Switch on two or more exemplars."
     count = len(obj.exemplar.handles)
     if count < 2:
         what = "Add handles" if count == 0 else "Add one more handle"
-        return Line("INFO", f"{what}: select vertices in Edit Mode, then press Add Handle.")
+        return f"{what}: select vertices in Edit Mode, then press Add Handle."
     mode = solving.paused_by(obj)
-    if mode:
-        return Line("INFO", f"Leave {mode}, then press Bind.")
-    return Line("INFO", "Ready: press Bind.")
+    return f"Leave {mode}, then press Bind." if mode else ""
 
 
 def _describe_bound(obj):
@@ -104,11 +107,14 @@ def pending(obj):
     rig = obj.exemplar
     bound = json.loads(rig.fingerprint)
     changed = []
-    if len(inputs.enabled_names(obj)) != len(bound["exemplars"]):
+    # By number: a renamed key is the same exemplar, and a removed one has a message of its own.
+    on = exemplars.enabled_names(obj)
+    off = len(exemplars.all_names(obj)) - len(on)
+    switched_off = {item.name for item in rig.exemplars if not item.enabled}
+    if len(on) != len(bound["exemplars"]) or (
+        off and switched_off.intersection(name for name, _ in bound["exemplars"])
+    ):
         changed.append("exemplars")
-    elif {name for name, _ in bound["exemplars"]} - set(inputs.enabled_names(obj)):
-        if any(not item.enabled for item in rig.exemplars):
-            changed.append("exemplars")
     if any(
         item.bound_index < 0
         or int(Kind[item.kind]) != item.bound_kind

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pose: how the mesh follows, and shortcuts for the handles."""
+
+import bpy
+
+from ..scene import rigs
+from .main import Section
+
+
+class EXEMPLAR_PT_pose(Section, bpy.types.Panel):
+    bl_label = "Pose"
+    bl_order = 4
+
+    def draw(self, context):
+        obj = rigs.active_rig(context)
+        rig, layout = obj.exemplar, self.layout
+        layout.active = rig.bound
+        row = layout.row(align=True)
+        row.prop(rig, "live", toggle=True, icon="PLAY")
+        row.operator("exemplar.update", text="", icon="FILE_REFRESH")
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.prop(rig, "lambda_")
+        column.prop(rig, "blend")
+        column.prop(rig, "rotations")
+        column = layout.column(align=True)
+        column.operator("exemplar.pose_to_exemplar", icon="SHAPEKEY_DATA")
+        column.operator("exemplar.pose_reset", icon="LOOP_BACK")
+
+
+class EXEMPLAR_PT_pose_advanced(Section, bpy.types.Panel):
+    bl_label = "Advanced"
+    bl_parent_id = "EXEMPLAR_PT_pose"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        rig = rigs.active_rig(context).exemplar
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(rig, "iterations")
+        layout.prop(rig, "descent")
+
+
+classes = (EXEMPLAR_PT_pose, EXEMPLAR_PT_pose_advanced)
+register, unregister = bpy.utils.register_classes_factory(classes)
