@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "mesh/openmesh_shim.h"
 
-#include <OpenMesh/Core/IO/IOManager.hh>
-#include <OpenMesh/Core/IO/reader/OBJReader.hh>
-#include <OpenMesh/Core/IO/reader/OFFReader.hh>
 #include <OpenMesh/Core/IO/reader/PLYReader.hh>
 #include <OpenMesh/Core/IO/reader/STLReader.hh>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
@@ -267,40 +264,21 @@ std::mutex &reader_mutex()
 bool run_reader(const mesh_file &file, std::istream &stream, list_importer &importer)
 {
   OpenMesh::IO::Options options;
-  /* OFF and PLY are read number by number: where one is missing or garbled, fail at once. OBJ and STL are read line by
-   * line, to the end of the file, and mesh_file_load has seen to their lines. */
-  auto const strict = std::ios::failbit | std::ios::badbit;
-  switch (file.format) {
-  case MESH_FORMAT_OBJ:
-    return OpenMesh::IO::OBJReader().read(stream, importer, options);
-  case MESH_FORMAT_OFF:
-    if (!OpenMesh::IO::OFFReader().can_u_read(file.path)) { /* takes note of what the header announces */
-      return false;
-    }
-    stream.exceptions(strict);
-    return OpenMesh::IO::OFFReader().read(stream, importer, options);
-  case MESH_FORMAT_PLY:
-    stream.exceptions(strict);
+  /* Where a number is missing or garbled, or memory runs out, throw at once; the readers themselves do not look. */
+  stream.exceptions(std::ios::failbit | std::ios::badbit);
+  if (file.format == MESH_FORMAT_PLY) {
     return OpenMesh::IO::PLYReader().read(stream, importer, options);
-  case MESH_FORMAT_STL_BINARY:
-    options += OpenMesh::IO::Options::Binary;
-    return OpenMesh::IO::STLReader().read(stream, importer, options);
-  case MESH_FORMAT_STL_TEXT:
-    return OpenMesh::IO::STLReader().read(stream, importer, options);
   }
-  return false;
+  options += OpenMesh::IO::Options::Binary;
+  return OpenMesh::IO::STLReader().read(stream, importer, options);
 }
 
-void check_counts(const mesh_file &file, const list_importer &importer)
+/* Readers stop without a word where a file ends. */
+void check_counts(const list_importer &importer)
 {
-  size_t const expected = std::max(importer.declared_vertices, file.vertex_lines); /* each is 0 for other formats */
-  if (expected != 0 && importer.positions.size() != expected) {
-    throw parse_error(std::to_string(importer.positions.size()) + " of " + std::to_string(expected) +
-                      " vertices could be read");
-  }
-  if (importer.declared_faces != 0 && importer.faces != importer.declared_faces) {
-    throw parse_error(std::to_string(importer.faces) + " of " + std::to_string(importer.declared_faces) +
-                      " faces could be read");
+  size_t const vertices = importer.declared_vertices, faces = importer.declared_faces; /* 0 in STL, which has none */
+  if ((vertices != 0 && importer.positions.size() != vertices) || (faces != 0 && importer.faces != faces)) {
+    throw parse_error("it ends too early");
   }
 }
 
@@ -375,13 +353,8 @@ exm_status openmesh_parse(const mesh_file *file, arena *memory, shim_surface *ou
       if (!run_reader(*file, stream, importer)) {
         return status_set(EXM_ERROR_IO, "%s could not be understood", file->path);
       }
-      check_counts(*file, importer);
+      check_counts(importer);
     } catch (const parse_error &error) {
-      /* OpenMesh drops a vertex whose coordinates overflow; the faces that miss it are not what is wrong. */
-      if (importer.positions.size() < file->vertex_lines) {
-        return status_set(EXM_ERROR_IO, "%s: only %zu of %zu vertices have coordinates in the range of a float",
-                          file->path, importer.positions.size(), file->vertex_lines);
-      }
       return status_set(EXM_ERROR_IO, "%s: %s", file->path, error.what());
     } catch (const std::ios_base::failure &) {
       return status_set(EXM_ERROR_IO, "%s: after vertex %zu and face %zu it ends too early or holds what is no number",

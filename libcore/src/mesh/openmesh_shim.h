@@ -19,7 +19,7 @@ typedef struct shim_surface {
   uint32_t (*triangles)[3]; /* [F] polygons are fanned from their first corner */
 } shim_surface;
 
-/** Parse a file that mesh_file_load has let pass. A polygon that repeats a corner loses the repetition, and is left out
+/** Parse what mesh_file_load has prepared. A polygon that repeats a corner loses the repetition, and is left out
  *  where fewer than three corners remain, in every format alike. */
 exm_status openmesh_parse(const mesh_file *file, arena *memory, shim_surface *out);
 
