@@ -281,6 +281,9 @@ def main(arguments):
     """The exit code; whatever goes wrong is on stderr by then."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, interrupt)
+    if hasattr(signal, "SIGXFSZ"):
+        # A file over the user's limit is to be an error of that file, not the end of Blender.
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     try:
         return run(parse(arguments))
     except SystemExit as request:  # argparse: --help, or a usage error

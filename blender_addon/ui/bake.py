@@ -5,19 +5,13 @@ import bpy
 
 from ..scene import rigs
 from ..scene.baking import playback
+from .main import Section
 
 
-class EXEMPLAR_PT_bake(bpy.types.Panel):
+class EXEMPLAR_PT_bake(Section, bpy.types.Panel):
     bl_label = "Bake"
-    bl_parent_id = "EXEMPLAR_PT_main"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Exemplar"
+    bl_order = 5
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context):
-        return rigs.active_rig(context) is not None
 
     def draw(self, context):
         obj = rigs.active_rig(context)
