@@ -122,7 +122,9 @@ class Page:
         for letter in words.lower():
             reach = 0.0
             for run in filter(None, STROKES.get(letter, "").split("|")):
-                pen = [(int(p[0]), BELOW[p[1]] if p[1] in BELOW else int(p[1])) for p in run.split()]
+                pen = [
+                    (int(p[0]), BELOW[p[1]] if p[1] in BELOW else int(p[1])) for p in run.split()
+                ]
                 pen = np.array(pen, dtype=float)
                 reach = max(reach, pen[:, 0].max())
                 points = [x, place[1]] + unit * pen * [1.0, -1.0]

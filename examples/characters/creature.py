@@ -4,6 +4,7 @@
 import numpy as np
 
 from characters import implicit, posing
+from characters.character import Character, Handle, Key, Look, ball, disjoint
 from characters.quadruped import Pose, Rig
 
 CELL = 0.046  # edge length of the mesh; gives about 7,500 vertices
@@ -118,14 +119,14 @@ def field(points):
 
 def surface():
     positions, quads = implicit.surface_net(field, (-0.75, -1.8, -0.1), (0.75, 2.6, 2.4), CELL)
-    positions = implicit.relax(field, positions, quads, 12)
+    positions = implicit.relax(field, positions, quads, 8)
     if not implicit.is_closed_manifold(quads, len(positions)):
         raise RuntimeError("the creature's surface is not a closed manifold")
     positions = 0.5 * (positions + mirrored(positions, positions))
     return positions, quads
 
 
-SPREAD = {"spine": 0.16, "head": 0.1, "tail": 0.12, "front": 0.085, "hind": 0.09, "ear": 0.08}
+SPREAD = {"spine": 0.16, "head": 0.1, "tail": 0.12, "front": 0.11, "hind": 0.11, "ear": 0.08}
 
 POSES = {
     "Crouch": Pose(
@@ -257,7 +258,7 @@ def colours(positions):
     folded = np.stack([np.abs(x), y, z], axis=1)
     positions = folded
     colour = colour + ball(EYE, EYE_RADIUS * 1.03, 0.02) * (WHITE - colour)
-    colour = colour + ball(EYE + [0.0, -0.13, 0.01], 0.075, 0.03) * (BLACK - colour)
+    colour = colour + ball(EYE + [0.03, -0.12, 0.015], 0.095, 0.02) * (BLACK - colour)
     return colour + ball(np.array([0, -1.58, 1.48]), 0.09, 0.03) * (BLACK - colour)
 
 
@@ -269,7 +270,9 @@ def mirrored(positions, shape):
 
 
 def exemplars(positions, quads):
-    """The Basis and its poses, by name. The wave of the other paw is the mirror image, to the vertex."""
+    """The Basis and its poses, by name. The wave of the other paw is the mirror image, to the
+    vertex.
+    """
     rig = Rig(REST, SPREAD)
     distances = {chain: chain_field(positions, chain) for chain in REST}
     weights = rig.weights(positions, distances, implicit.edges_of(quads))
@@ -279,3 +282,62 @@ def exemplars(positions, quads):
         if name == "Wave":
             shapes["Wave R"] = mirrored(positions, shapes[name])
     return shapes
+
+
+TITLE = "A creature and what its seven exemplars make of a few dragged handles"
+LOOK = Look(heading=55.0, height=14.0, centre=(0.0, 0.28, 1.02), width=4.5, aspect=1.28)
+KEYS = [
+    Key(1, "Basis"),
+    Key(7, "Crouch"),
+    Key(13, "Leap"),
+    Key(20, "Basis"),
+    Key(27, "Wave"),
+    Key(33, "Wave", others={"tail": ("Curl", 1.0)}, note="Wave + Curl"),
+    Key(41, "Sniff"),
+    Key(49, "Howl"),
+    Key(53, "Howl", 1.2, note="Howl, beyond"),
+    Key(60, "Basis"),
+]
+STRIP = (1, 4, 7, 10, 13, 17, 20, 24, 27, 30, 33, 37, 41, 45, 49, 53)
+
+
+def handles(positions):
+    """Paws, head, hips, chest and the tail's tip follow their empties; the rest is free."""
+    x, y, z = positions.T
+    low = z < 0.34
+    result = [
+        Handle("head", "ORIENTED", ball(positions, HEAD[2], 0.4, (z > 1.3) & (y < -0.7))),
+        Handle("hips", "PINNED", ball(positions, (0, 0.58, 1.2), 0.2)),
+        Handle("chest", "PINNED", ball(positions, (0, -0.36, 1.24), 0.2)),
+        Handle("tail.tip", "PINNED", ball(positions, TAIL[-1], 0.22)),
+    ]
+    for side, sign in (("L", x > 0), ("R", x < 0)):
+        front, hind = (REST[f"{leg}.{side}"] for leg in ("front", "hind"))
+        result += [
+            Handle(f"front.{side}", "PINNED", ball(positions, front[-1], 0.26, low & sign)),
+            Handle(f"hind.{side}", "PINNED", ball(positions, hind[-1], 0.24, low & sign)),
+            Handle(f"elbow.{side}", "FREE", ball(positions, front[2], 0.19, sign)),
+            Handle(f"knee.{side}", "FREE", ball(positions, hind[2], 0.23, sign)),
+        ]
+    result += [
+        Handle("tail.root", "FREE", ball(positions, TAIL[1], 0.22)),
+        Handle("tail.middle", "FREE", ball(positions, TAIL[3], 0.18)),
+        Handle("belly", "FREE", ball(positions, (0, 0.1, 0.4), 0.18)),
+    ]
+    return disjoint(result)
+
+
+def build():
+    positions, quads = surface()
+    return Character(
+        name="creature",
+        faces=quads,
+        shapes=exemplars(positions, quads),
+        colours=colours(positions),
+        handles=handles(positions),
+        keys=KEYS,
+        rotations=True,
+        title=TITLE,
+        strip=STRIP,
+        look=LOOK,
+    )

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Suzanne with expressions, sculpted by this script with brushes of smooth falloff.
 
-Lengths are in Suzanne's unit (her head is two wide); x to her left, y backwards, z up. Her eyes are loose parts.
+Lengths are in Suzanne's unit (her head is two wide); x to her left, y backwards, z up. Her eyes are
+loose parts.
 """
 
 import numpy as np
+
+from characters.character import Character, Handle, Key, Look, ball, disjoint
 
 EYE = np.array([0.3529, -0.8, 0.2442])
 MOUTH = np.array([0.0, -0.71, -0.8])
@@ -27,7 +30,9 @@ def both(centre):
 
 
 class Sculpture:
-    """Displacements are measured on the rest shape, so that strokes of one expression do not depend on their order."""
+    """Displacements are measured on the rest shape, so that strokes of one expression do not depend
+    on their order.
+    """
 
     def __init__(self, rest, is_eye):
         self.rest, self.is_eye = rest, is_eye
@@ -56,7 +61,9 @@ class Sculpture:
         return self
 
     def lids(self, side, upper, lower):
-        """Draw the lids of one eye over the lens: the last stroke, for it has to end up over the lens."""
+        """Draw the lids of one eye over the lens: the last stroke, for it has to end up over the
+        lens.
+        """
         x, z = side * self.rest[:, 0] - EYE[0], self.rest[:, 2] - EYE[2]
         arch = np.clip(1.0 - (x / 0.25) ** 2, 0.0, 1.0) ** 1.2
         near = smooth(-self.rest[:, 1], 0.55, 0.68) * (side * self.rest[:, 0] > 0.0) * ~self.is_eye
@@ -93,13 +100,35 @@ def with_wider_mouth(positions):
 
 
 def jaw(positions):
-    """How far a vertex belongs to the lower jaw: the lower lip fully, the muzzle's sides gradually."""
+    """How far a vertex belongs to the lower jaw: the lip fully, the muzzle's sides gradually."""
     x, y, z = positions.T
     lip = smooth(-z, 0.742, 0.83)
     side = smooth(-z, 0.5, 0.95)
     in_mouth = 1.0 - smooth(np.abs(x), 0.02, 0.3)
     in_front = smooth(-y, 0.5, 0.62)
     return side + (lip - side) * in_mouth * in_front
+
+
+def normals_of(positions, quads):
+    """Unit vertex normals."""
+    a, b, c, d = positions[quads].transpose(1, 0, 2)
+    across = np.cross(c - a, d - b)
+    normals = np.zeros_like(positions)
+    for corner in quads.T:
+        np.add.at(normals, corner, across)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+
+def eyes_of(positions, quads):
+    """Which vertices belong to the loose parts: all but the part that has most of them."""
+    label = np.arange(len(positions))
+    while True:
+        lowest = label.copy()
+        for corner in quads.T:
+            np.minimum.at(lowest, corner, label[quads].min(axis=1))
+        if np.array_equal(lowest, label):
+            return label != np.bincount(label).argmax()
+        label = lowest
 
 
 def expressions(positions, normals, is_eye):
@@ -120,7 +149,11 @@ def expressions(positions, normals, is_eye):
         smile.lids(side, 0.0, 0.07)
     shapes["Smile"] = smile.shape()
 
-    frown = clay().mouth(-0.1, -0.02).pull(lower_lip, (0.24, 0.2, 0.18), (0, -0.05, 0.03), symmetric=False)
+    frown = (
+        clay()
+        .mouth(-0.1, -0.02)
+        .pull(lower_lip, (0.24, 0.2, 0.18), (0, -0.05, 0.03), symmetric=False)
+    )
     frown.pull(brow_in, (0.36, 0.4, 0.34), (-0.05, -0.06, -0.12))
     frown.pull(brow_out, (0.3, 0.4, 0.3), (0.0, 0.0, 0.07))
     for side in (1, -1):
@@ -132,7 +165,11 @@ def expressions(positions, normals, is_eye):
     opened.pull(brow_mid, (0.45, 0.4, 0.32), (0, 0, 0.06))
     shapes["Jaw open"] = opened.shape()
 
-    brows = clay().pull(brow_mid, (0.5, 0.5, 0.42), (0, 0.02, 0.2)).pull(brow_in, (0.26, 0.4, 0.3), (0, 0, 0.06))
+    brows = (
+        clay()
+        .pull(brow_mid, (0.5, 0.5, 0.42), (0, 0.02, 0.2))
+        .pull(brow_in, (0.26, 0.4, 0.3), (0, 0, 0.06))
+    )
     for side in (1, -1):
         brows.lids(side, -0.05, -0.02)
     shapes["Brows up"] = brows.shape()
@@ -154,14 +191,22 @@ def expressions(positions, normals, is_eye):
     return shapes
 
 
-SKIN, MUZZLE, EYEBALL = np.array([0.46, 0.26, 0.16]), np.array([0.9, 0.68, 0.5]), np.array([0.97, 0.97, 0.95])
+SKIN, MUZZLE, EYEBALL = (
+    np.array([0.46, 0.26, 0.16]),
+    np.array([0.9, 0.68, 0.5]),
+    np.array([0.97, 0.97, 0.95]),
+)
 DARK, LIP = np.array([0.05, 0.035, 0.03]), np.array([0.5, 0.14, 0.13])
 
 
 def colours(positions, is_eye):
     """Fur, a pale face, eyes with irises and the inside of the mouth, from the rest positions."""
     x, y, z = positions.T
-    face = smooth(-y, 0.42, 0.56) * (1.0 - smooth(np.hypot(x * 0.9, z - 0.15), 0.66, 0.74)) * (1.0 - smooth(z, 0.5, 0.62))
+    face = (
+        smooth(-y, 0.42, 0.56)
+        * (1.0 - smooth(np.hypot(x * 0.9, z - 0.15), 0.66, 0.74))
+        * (1.0 - smooth(z, 0.5, 0.62))
+    )
     muzzle = smooth(-y, 0.3, 0.36) * (1.0 - smooth(z, -0.2, -0.14))
     ears = (1.0 - smooth(np.abs(np.abs(x) - 1.1), 0.14, 0.2)) * smooth(np.abs(x), 0.9, 0.98)
     colour = SKIN + np.maximum(np.maximum(face, muzzle), 0.6 * ears)[:, None] * (MUZZLE - SKIN)
@@ -172,3 +217,79 @@ def colours(positions, is_eye):
     colour += inside[:, None] * (LIP - colour)
     iris = 1.0 - smooth(np.hypot(np.abs(x) - EYE[0], z - EYE[2]), 0.096, 0.108)[:, None]
     return np.where(is_eye[:, None], EYEBALL + iris * (DARK - EYEBALL), colour)
+
+
+TITLE = "Suzanne and what her seven expressions make of a few dragged handles"
+LOOK = Look(heading=12.0, height=4.0, centre=(0.0, 0.0, -0.14), width=3.0, aspect=1.2)
+KEYS = [
+    Key(1, "Basis"),
+    Key(8, "Brows up"),
+    Key(15, "Smile"),
+    Key(21, "Wink L", others={"corner": ("Smile", 1.0)}, note="Wink L + Smile"),
+    Key(29, "Frown"),
+    Key(36, "Jaw open", others={"brow": ("Frown", 1.0), "lid": ("Frown", 1.0)}, note="Jaw + Frown"),
+    Key(43, "Jaw open", 1.25, note="Jaw open, beyond"),
+    Key(51, "Puff"),
+    Key(60, "Basis"),
+]
+STRIP = (1, 5, 8, 12, 15, 18, 21, 25, 29, 33, 36, 40, 43, 47, 51, 56)
+
+
+def handles(positions, is_eye):
+    """The eyes are loose parts, which need a handle to hold them: they ride with the skull."""
+    x, y, z = positions.T
+    skin = ~is_eye
+    result = [
+        Handle("skull", "ORIENTED", np.flatnonzero(is_eye | (y > 0.1))),
+        Handle("nose", "PINNED", ball(positions, (0, -0.8, -0.22), 0.1, skin)),
+        Handle("chin", "PINNED", ball(positions, (0, -0.64, -0.95), 0.1, skin)),
+    ]
+    for side, sign in (("L", 1.0), ("R", -1.0)):
+        flip = np.array([sign, 1.0, 1.0])
+        for name, kind, place, radius in (
+            ("corner", "PINNED", (0.23, -0.68, -0.78), 0.06),
+            ("brow", "PINNED", (0.3, -0.75, 0.67), 0.08),
+            ("temple", "PINNED", (0.68, -0.55, 0.42), 0.09),
+            ("lid", "PINNED", (0.353, -0.755, 0.42), 0.05),
+            ("jowl", "PINNED", (0.3, -0.5, -0.5), 0.09),
+            ("cheek", "FREE", (0.42, -0.58, -0.1), 0.09),
+        ):
+            vertices = ball(positions, np.array(place) * flip, radius, skin)
+            result.append(Handle(f"{name}.{side}", kind, vertices))
+    return disjoint(result)
+
+
+def build():
+    positions, quads = suzanne()
+    is_eye = eyes_of(positions, quads)
+    shapes = expressions(positions, normals_of(positions, quads), is_eye)
+    return Character(
+        name="face",
+        faces=quads,
+        shapes=shapes,
+        colours=colours(shapes["Basis"], is_eye),
+        handles=handles(shapes["Basis"], is_eye),
+        keys=KEYS,
+        rotations=False,
+        title=TITLE,
+        strip=STRIP,
+        look=LOOK,
+    )
+
+
+def suzanne(levels=2):
+    """Blender's own monkey, subdivided: positions [V][3] and quads [Q][4]."""
+    import bpy
+
+    bpy.ops.mesh.primitive_monkey_add(size=2.0)
+    original = bpy.context.object
+    original.modifiers.new("Subdivision", "SUBSURF").levels = levels
+    evaluated = original.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    mesh = bpy.data.meshes.new_from_object(evaluated)
+    positions = np.empty(3 * len(mesh.vertices))
+    quads = np.empty(4 * len(mesh.polygons), dtype=int)
+    mesh.vertices.foreach_get("co", positions)
+    mesh.polygons.foreach_get("vertices", quads)
+    bpy.data.objects.remove(original)
+    bpy.data.meshes.remove(mesh)
+    return positions.reshape(-1, 3), quads.reshape(-1, 4)

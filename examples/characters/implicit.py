@@ -1,19 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Closed surfaces from distance fields: swept balls that melt into each other, meshed by surface nets."""
+"""Closed surfaces from distance fields: swept balls that melt together, meshed by surface nets."""
 
 import numpy as np
 
 
 def sweep(points, centres, radii):
-    """Distance from points [n][3] to balls swept along a polyline, to first order where their radii change."""
+    """Distance from points [n][3] to balls swept along a polyline, to first order where their radii
+    change.
+    """
     distance = np.full(len(points), np.inf)
-    for a, b, radius_a, radius_b in zip(centres, centres[1:], radii, radii[1:]):
-        axis = b - a
-        along = np.clip((points - a) @ axis / max(axis @ axis, 1e-12), 0.0, 1.0)
-        away = points - a - along[:, None] * axis
-        here = np.sqrt(np.einsum("ij,ij->i", away, away)) - (
-            radius_a + along * (radius_b - radius_a)
-        )
+    x, y, z = np.ascontiguousarray(points.T)
+    for start, step, radius, growth in zip(
+        centres, np.diff(centres, axis=0), radii, np.diff(radii)
+    ):
+        dx, dy, dz = x - start[0], y - start[1], z - start[2]
+        along = (dx * step[0] + dy * step[1] + dz * step[2]) / max(step @ step, 1e-12)
+        np.clip(along, 0.0, 1.0, out=along)
+        dx -= along * step[0]
+        dy -= along * step[1]
+        dz -= along * step[2]
+        here = np.sqrt(dx * dx + dy * dy + dz * dz) - (radius + along * growth)
         np.minimum(distance, here, out=distance)
     return distance
 
@@ -42,8 +48,8 @@ def carve(a, b, radius):
 def surface_net(field, low, high, cell):
     """Quads where field(points) = 0: one vertex in each cell that the surface crosses.
 
-    The grid is symmetric in x, so that a symmetric field gives a symmetric mesh. Returns positions [V][3] and quads
-    [Q][4], oriented outwards.
+    The grid is symmetric in x, so that a symmetric field gives a symmetric mesh. Returns positions
+    [V][3] and quads [Q][4], oriented outwards.
     """
     half = int(np.ceil(max(abs(low[0]), abs(high[0])) / cell))
     xs = (np.arange(-half, half + 1)) * cell
@@ -68,10 +74,11 @@ def surface_net(field, low, high, cell):
 
 
 def _without_pinches(values, rounds=20):
-    """Values whose signs give a manifold: no grid square, and no cell, with only two opposite corners alike.
+    """Values whose signs give a manifold: no grid square, and no cell, with only two opposite
+    corners alike.
 
-    Where the surface just touches a plane of the grid such squares occur, however smooth it is. The corner nearest to
-    the surface changes sides.
+    Where the surface just touches a plane of the grid such squares occur, however smooth it is. The
+    corner nearest to the surface changes sides.
     """
     values = values.copy()
     square, cube = np.array([(0, 0), (0, 1), (1, 1), (1, 0)]), np.array(list(np.ndindex(2, 2, 2)))
@@ -87,7 +94,9 @@ def _without_pinches(values, rounds=20):
 
 
 def _mark(values, corners, diagonals, pinched):
-    """Mark the corner nearest to zero where one diagonal of corners alone is inside, or alone outside."""
+    """Mark the corner nearest to zero where one diagonal of corners alone is inside, or alone
+    outside.
+    """
     shape = np.array(values.shape) - np.max(corners, axis=0)
     corner = np.stack([values[tuple(slice(o, o + n) for o, n in zip(c, shape))] for c in corners])
     for flip in (corner < 0.0, corner >= 0.0):
@@ -100,7 +109,9 @@ def _mark(values, corners, diagonals, pinched):
 
 
 def _add_crossings(grid, values, inside, axis, total, count):
-    """Add the points where grid edges along `axis` meet the surface to the four cells around each edge."""
+    """Add the points where grid edges along `axis` meet the surface to the four cells around each
+    edge.
+    """
     start, end = _ends(values, axis), _ends(values, axis, end=True)
     crossing = inside[start] != inside[end]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -124,7 +135,7 @@ def _ends(values, axis, end=False):
 
 
 def _quads(inside, index, axis):
-    """A quad around each crossed grid edge along `axis`, from the four cells that share the edge."""
+    """A quad around each crossed grid edge along `axis`, from the four cells that share it."""
     start, end = inside[_ends(inside, axis)], inside[_ends(inside, axis, end=True)]
     u, v = (axis + 1) % 3, (axis + 2) % 3
     ijk = np.argwhere(start != end)
@@ -165,7 +176,9 @@ def neighbour_mean(values, edges):
 
 
 def relax(field, positions, quads, rounds):
-    """Even out the quads without leaving the surface: tangential smoothing, then a Newton step onto it."""
+    """Even out the quads without leaving the surface: tangential smoothing, then a Newton step onto
+    it.
+    """
     edges = edges_of(quads)
     slope = gradient(field, positions)
     for _ in range(rounds):
@@ -186,7 +199,7 @@ def is_closed_manifold(faces, vertex_count):
         return False
     if not np.array_equal(np.sort(directed), np.sort(end.astype(np.int64) * vertex_count + start)):
         return False
-    # One fan a vertex: the faces around it, joined where they share an edge, are as many as its edges say.
+    # One fan a vertex: from face to face around it, one comes by all of them.
     previous = np.roll(faces, 1, axis=1).ravel()
     fans = {}
     for vertex, incoming, outgoing in zip(start, previous, end):

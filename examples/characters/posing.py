@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Posing a mesh by curves through joints: limbs bend along smooth curves, keep their girth, stretch and squash.
+"""Posing a mesh by curves through joints: limbs bend, stretch and squash, and keep their girth.
 
-Each chain of joints is a curve sampled at nodes, each with a frame that turns as little as possible along the curve. A
-vertex is carried by the nodes near it: by their mean position, their mean *rotation* (so that nothing collapses at a
-bend, as it would with mean matrices) and their mean girth.
+Each chain of joints is a curve sampled at nodes, each with a frame that turns as little as possible
+along the curve. A vertex is carried by the nodes near it: by their mean position, their mean
+*rotation* (so that nothing collapses at a bend, as it would with mean matrices) and their mean
+girth.
 """
 
 import numpy as np
@@ -12,7 +13,7 @@ NODES_PER_BONE = 6
 
 
 def curve(joints, samples):
-    """A centripetal-like Catmull-Rom curve through joints [J][3]: points [N][3] and unit tangents."""
+    """A centripetal Catmull-Rom curve through joints [J][3]: points [N][3] and unit tangents."""
     joints = np.asarray(joints, dtype=float)
     padded = np.vstack([2 * joints[0] - joints[1], joints, 2 * joints[-1] - joints[-2]])
     lengths = np.sqrt(np.maximum(np.linalg.norm(np.diff(padded, axis=0), axis=1), 1e-6))
@@ -30,7 +31,7 @@ def curve(joints, samples):
 
 
 def _cubic(p, t, u):
-    """The Hermite cubic between p[1] and p[2] whose slopes suit the unequal knots t, at u in 0..1."""
+    """The Hermite cubic between p[1] and p[2], its slopes fit for unequal knots t, at u in 0..1."""
     span = t[2] - t[1]
     slope = []
     for i in (1, 2):
@@ -91,7 +92,8 @@ def part(q, share):
 
 
 def pose_chain(rest, posed, root, end, girth):
-    """Positions [N][3], rotations [N][4] and girths [N] of the nodes along the curve through joints `posed`.
+    """Positions [N][3], rotations [N][4] and girths [N] of the nodes along the curve through joints
+    `posed`.
 
     root   quaternion of the chain's start
     end    quaternion of its last bone, or None: as the curve takes it

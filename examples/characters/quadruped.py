@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A small rig for four-legged characters: from a few offsets and angles to the joints of every chain."""
+"""A small rig for four-legged characters: from a few offsets and angles to the joints of every
+chain.
+"""
 
 from dataclasses import dataclass, field
 
@@ -14,7 +16,9 @@ UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 @dataclass
 class Pose:
-    """Offsets from rest, in the mesh's unit of length and in degrees. Angles are (pitch, yaw, roll)."""
+    """Offsets from rest, in the mesh's unit of length and in degrees. Angles are (pitch, yaw,
+    roll).
+    """
 
     hips: tuple = (0, 0, 0)
     hips_turn: tuple = (0, 0, 0)
@@ -50,8 +54,10 @@ class Rig:
         self.sizes = {name: len(points) for name, (points, _) in curves.items()}
         self.spread = spread
 
-    def weights(self, positions, distances, edges, rounds=10):
-        """Weights [V][N]: of each chain by the distance to its own surface, smoothed; within it, by nearness."""
+    def weights(self, positions, distances, edges, rounds=40):
+        """Weights [V][N]: of each chain by the distance to its own surface, smoothed; within it, by
+        nearness.
+        """
         near = np.stack(
             [np.exp(-((np.maximum(d, 0.0) / 0.07) ** 2)) for d in distances.values()], axis=1
         )
@@ -134,7 +140,9 @@ class Rig:
         return np.array([base, middle, middle + rotate(bend, rest[2] - rest[1])]), turned, None
 
     def _leg(self, name, pose, parent, blade):
-        """A joint fixed to the body, two bones to the ankle, stretched where it is out of reach, and the paw."""
+        """A joint fixed to the body, two bones to the ankle, stretched where it is out of reach,
+        and the paw.
+        """
         rest = self.rest[name]
         *offset, pitch, outwards = pose.feet.get(name, (0, 0, 0, 0, 0))
         root = blade + rotate(parent, rest[1] - rest[0])
