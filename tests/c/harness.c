@@ -174,14 +174,20 @@ static bool run_case(const test_case *test, const char *full_name)
   return failures == 0;
 }
 
+static const char *variable(const char *name)
+{
+  const char *value = getenv(name);
+  return value ? value : "";
+}
+
 /* test_mesh [-k PATTERN]: only the tests whose name contains PATTERN. */
 int main(int argc, char **argv)
 {
-  const char *pattern = argc == 3 && strcmp(argv[1], "-k") == 0 ? argv[2] : "";
+  const char *pattern = argc == 3 && strcmp(argv[1], "-k") == 0 ? argv[2] : variable("EXM_TEST_PATTERN");
   int failed = 0;
   for (const test_case *test = first_case; test; test = test->next) {
     char full_name[256];
-    snprintf(full_name, sizeof full_name, "%s.%s", program_name(argv[0]), test->name);
+    snprintf(full_name, sizeof full_name, "%s%s.%s", variable("EXM_TEST_PREFIX"), program_name(argv[0]), test->name);
     if (strstr(full_name, pattern)) {
       failed += !run_case(test, full_name);
     }
