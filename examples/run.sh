@@ -116,7 +116,9 @@ done
 echo
 echo "Look at, in $build:"
 show() {
-  [[ -e $build/$1 ]] && printf '   %-22s %s\n' "$1" "$2" || true
+  if [[ -e $build/$1 ]]; then
+    printf '   %-22s %s\n' "$1" "$2"
+  fi
 }
 show square.png "rows a to d of the paper's figure 2 (and square.svg)"
 for name in creature face; do

@@ -133,7 +133,7 @@ class Strip:
         shading = scene.display.shading
         shading.light, shading.color_type = "STUDIO", "VERTEX"
         shading.show_cavity, shading.cavity_type = True, "BOTH"
-        shading.cavity_ridge_factor, shading.cavity_valley_factor = 0.6, 1.0
+        shading.cavity_ridge_factor, shading.cavity_valley_factor = 0.2, 1.0
         shading.show_specular_highlight = True
 
 

@@ -63,7 +63,9 @@ RADII = {
     "ear": [0.12, 0.145, 0.07],
 }
 EYE = np.array([0.175, -1.14, 1.68])
-EYE_RADIUS = 0.125
+EYE_RADIUS = 0.13
+PUPIL, PUPIL_RADIUS = EYE + [0.02, -0.13, 0.01], 0.075
+NOSE, NOSE_RADIUS = np.array([0.0, -1.58, 1.48]), 0.085
 
 
 def chain_field(points, chain):
@@ -122,6 +124,12 @@ def surface():
     positions = implicit.relax(field, positions, quads, 8)
     if not implicit.is_closed_manifold(quads, len(positions)):
         raise RuntimeError("the creature's surface is not a closed manifold")
+    for centre, radius in (
+        (PUPIL, PUPIL_RADIUS),
+        (PUPIL * MIRROR, PUPIL_RADIUS),
+        (NOSE, NOSE_RADIUS),
+    ):
+        positions = implicit.snap_to_circle(field, positions, centre, radius, 0.42 * CELL)
     positions = 0.5 * (positions + mirrored(positions, positions))
     return positions, quads
 
@@ -258,8 +266,8 @@ def colours(positions):
     folded = np.stack([np.abs(x), y, z], axis=1)
     positions = folded
     colour = colour + ball(EYE, EYE_RADIUS * 1.03, 0.02) * (WHITE - colour)
-    colour = colour + ball(EYE + [0.03, -0.12, 0.015], 0.095, 0.02) * (BLACK - colour)
-    return colour + ball(np.array([0, -1.58, 1.48]), 0.09, 0.03) * (BLACK - colour)
+    colour = colour + ball(PUPIL, PUPIL_RADIUS + 0.003, 0.004) * (BLACK - colour)
+    return colour + ball(NOSE, NOSE_RADIUS + 0.003, 0.004) * (BLACK - colour)
 
 
 def mirrored(positions, shape):

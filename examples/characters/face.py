@@ -199,7 +199,16 @@ SKIN, MUZZLE, EYEBALL = (
 DARK, LIP = np.array([0.05, 0.035, 0.03]), np.array([0.5, 0.14, 0.13])
 
 
-def colours(positions, is_eye):
+def rim_of(quads, is_eye):
+    """The vertices around the openings of the eyes: the boundary of the head."""
+    start, end = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+    edges = np.sort(np.stack([start, end], axis=1), axis=1)
+    edges, uses = np.unique(edges, axis=0, return_counts=True)
+    rim = np.unique(edges[uses == 1])
+    return rim[~is_eye[rim]]
+
+
+def colours(positions, quads, is_eye):
     """Fur, a pale face, eyes with irises and the inside of the mouth, from the rest positions."""
     x, y, z = positions.T
     face = (
@@ -215,6 +224,9 @@ def colours(positions, is_eye):
     inside = smooth(y, -0.7, -0.66) * smooth(0.075 - np.abs(z + 0.785), 0.0, 0.03)
     inside *= 1.0 - smooth(np.abs(x), 0.2, 0.24)
     colour += inside[:, None] * (LIP - colour)
+    rim = positions[rim_of(quads, is_eye)]
+    from_rim = np.array([np.linalg.norm(rim - p, axis=1).min() for p in positions])
+    colour += (1.0 - smooth(from_rim, 0.006, 0.022))[:, None] * (DARK - colour)
     iris = 1.0 - smooth(np.hypot(np.abs(x) - EYE[0], z - EYE[2]), 0.096, 0.108)[:, None]
     return np.where(is_eye[:, None], EYEBALL + iris * (DARK - EYEBALL), colour)
 
@@ -267,7 +279,7 @@ def build():
         name="face",
         faces=quads,
         shapes=shapes,
-        colours=colours(shapes["Basis"], is_eye),
+        colours=colours(shapes["Basis"], quads, is_eye),
         handles=handles(shapes["Basis"], is_eye),
         keys=KEYS,
         rotations=False,

@@ -185,9 +185,26 @@ def relax(field, positions, quads, rounds):
         normal = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-9)
         move = 0.5 * (neighbour_mean(positions, edges) - positions)
         positions = positions + move - normal * np.sum(move * normal, axis=1, keepdims=True)
-        slope = gradient(field, positions)
-        squared = np.maximum(np.sum(slope * slope, axis=1), 1e-9)
-        positions = positions - slope * (field(positions) / squared)[:, None]
+        positions, slope = onto(field, positions)
+    return positions
+
+
+def onto(field, positions):
+    """A Newton step onto the surface; returns the slope of the field with the positions."""
+    slope = gradient(field, positions)
+    squared = np.maximum(np.sum(slope * slope, axis=1), 1e-9)
+    return positions - slope * (field(positions) / squared)[:, None], slope
+
+
+def snap_to_circle(field, positions, centre, radius, reach):
+    """Move vertices within `reach` of a circle on the surface onto it, for a clean edge of colour."""
+    positions = positions.copy()
+    away = np.linalg.norm(positions - centre, axis=1) - radius
+    near = np.flatnonzero(np.abs(away) < reach)
+    for _ in range(4):
+        arm = positions[near] - centre
+        length = np.linalg.norm(arm, axis=1, keepdims=True)
+        positions[near] = onto(field, centre + arm * (radius / length))[0]
     return positions
 
 

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A small rig for four-legged characters: from a few offsets and angles to the joints of every
-chain.
-"""
+"""A small rig for four-legged characters: from offsets and angles to the joints of every chain."""
 
 from dataclasses import dataclass, field
 
@@ -16,9 +14,7 @@ UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 @dataclass
 class Pose:
-    """Offsets from rest, in the mesh's unit of length and in degrees. Angles are (pitch, yaw,
-    roll).
-    """
+    """Offsets from rest in the mesh's unit of length; angles in degrees, as (pitch, yaw, roll)."""
 
     hips: tuple = (0, 0, 0)
     hips_turn: tuple = (0, 0, 0)
