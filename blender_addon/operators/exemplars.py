@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# flake8: noqa: F722, F821 (Blender's properties are calls where annotations should be)
 """Switch exemplars on and off."""
 
 import bpy

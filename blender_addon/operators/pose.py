@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# flake8: noqa: F722, F821 (Blender's properties are calls where annotations should be)
 """Put all handles somewhere at once, and solve once."""
 
 import bpy

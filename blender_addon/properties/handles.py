@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# flake8: noqa: F722, F821 (Blender's properties are calls where annotations should be)
 """Handles: an empty, a vertex group and what the one does to the other."""
 
 import bpy
