@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Calls go downward only: read off the include and import lines. The rules are CONTRIBUTING.md's."""
+"""Calls go downward only: read off the include and import lines. CONTRIBUTING.md has the rules."""
 
 import ast
 import re

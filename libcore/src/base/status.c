@@ -8,35 +8,14 @@ static _Thread_local char message[512];
 static _Thread_local exm_element element_kind;
 static _Thread_local size_t element_index;
 
-static exm_status record(exm_status code, exm_element kind, size_t index, const char *format, va_list arguments)
+void status_record(exm_element kind, size_t index, const char *format, ...)
 {
+  va_list arguments;
+  va_start(arguments, format);
   vsnprintf(message, sizeof message, format, arguments);
+  va_end(arguments);
   element_kind = kind;
   element_index = index;
-  return code;
-}
-
-exm_status status_set(exm_status code, const char *format, ...)
-{
-  va_list arguments;
-  va_start(arguments, format);
-  record(code, EXM_ELEMENT_NONE, 0, format, arguments);
-  va_end(arguments);
-  return code;
-}
-
-exm_status status_set_at(exm_status code, exm_element kind, size_t index, const char *format, ...)
-{
-  va_list arguments;
-  va_start(arguments, format);
-  record(code, kind, index, format, arguments);
-  va_end(arguments);
-  return code;
-}
-
-exm_status status_no_memory(const char *what)
-{
-  return status_set(EXM_ERROR_OUT_OF_MEMORY, "not enough memory for %s", what);
 }
 
 const char *status_message(void)

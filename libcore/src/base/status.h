@@ -12,14 +12,18 @@
 #  define EXM_PRINTF(position, first)
 #endif
 
-/** Record the sentence and return `code`, so that a failure is one statement: `return status_set(...)`. */
-exm_status status_set(exm_status code, const char *format, ...) EXM_PRINTF(2, 3);
+/** Record the sentence and give `code`, so that a failure is one statement: `return status_set(...)`. Macros, so that
+ *  compilers and analysers see that what comes back is the code: behind a call they would follow paths on which a
+ *  failure looks like a success. */
+#define status_set(code, ...) (status_record(EXM_ELEMENT_NONE, 0, __VA_ARGS__), (exm_status)(code))
 
 /** The same, about one element that a user interface can select. */
-exm_status status_set_at(exm_status code, exm_element kind, size_t index, const char *format, ...) EXM_PRINTF(4, 5);
+#define status_set_at(code, kind, index, ...) (status_record((kind), (index), __VA_ARGS__), (exm_status)(code))
 
-/** Record that `what` did not fit in memory; returns EXM_ERROR_OUT_OF_MEMORY. */
-exm_status status_no_memory(const char *what);
+/** Record that `what` did not fit in memory; gives EXM_ERROR_OUT_OF_MEMORY. */
+#define status_no_memory(what) status_set(EXM_ERROR_OUT_OF_MEMORY, "not enough memory for %s", (what))
+
+void status_record(exm_element kind, size_t index, const char *format, ...) EXM_PRINTF(3, 4);
 
 const char *status_message(void);
 void status_element(exm_element *kind, size_t *index);

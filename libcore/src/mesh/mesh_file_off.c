@@ -26,7 +26,7 @@ static bool is_header(const text_line *line)
 }
 
 /* The next word as a whole number that is not negative. */
-static bool next_count(char **cursor, char *end, size_t *out)
+static bool next_count(char **cursor, const char *end, size_t *out)
 {
   text_word const word = text_next_word(cursor, end);
   long long value;

@@ -31,7 +31,7 @@ static bool is_blank(char c)
   return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
 }
 
-text_word text_next_word(char **cursor, char *end)
+text_word text_next_word(char **cursor, const char *end)
 {
   text_word word;
   while (*cursor < end && is_blank(**cursor)) {
@@ -68,7 +68,7 @@ bool text_float(text_word word, float *out)
   char const point = localeconv()->decimal_point[0];
   for (size_t i = 0; i < length; ++i) {
     char const c = word.begin[i];
-    if (!memchr("0123456789.+-eE", c, 15)) {
+    if (c == 0 || !strchr("0123456789.+-eE", c)) {
       return false;
     }
     copy[i] = c == '.' ? point : c;
@@ -79,7 +79,7 @@ bool text_float(text_word word, float *out)
   return rest == copy + length && isfinite(*out);
 }
 
-bool text_floats(char **cursor, char *end, float out[3])
+bool text_floats(char **cursor, const char *end, float out[3])
 {
   for (int i = 0; i < 3; ++i) {
     if (!text_float(text_next_word(cursor, end), &out[i])) {

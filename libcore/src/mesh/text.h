@@ -20,7 +20,7 @@ typedef struct text_word {
 } text_word;
 
 /** The next word in [*cursor, end); moves the cursor behind it. */
-text_word text_next_word(char **cursor, char *end);
+text_word text_next_word(char **cursor, const char *end);
 
 bool text_is_empty(text_word word);
 
@@ -31,7 +31,7 @@ bool text_is(text_word word, const char *text);
 bool text_float(text_word word, float *out);
 
 /** Three of them, the next in the line. */
-bool text_floats(char **cursor, char *end, float out[3]);
+bool text_floats(char **cursor, const char *end, float out[3]);
 
 /** The integer that [begin, end) begins with; *rest is what follows it. False where there is none or it is too large.
  */
