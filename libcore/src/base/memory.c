@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* One SIMD register of the widest kind, and a cache line. */
-enum { ALIGNMENT = 64 };
+#define ALIGNMENT ((size_t)64)
 
 struct arena_block {
   arena_block *older;
