@@ -5,12 +5,16 @@ Draw functions ask, so nothing here writes to Blender's data.
 """
 
 import json
+import time
 from dataclasses import dataclass
 
 from ..native import ExemplarError, library
 from ..native.declarations import Kind
 from . import bindings, exemplars, handles, meshes, solving
 
+RECHECK_AFTER = 2.0  # seconds
+
+_library_checked = (0.0, None)
 _last_errors = {}  # owner name -> ExemplarError of the last operator that failed on it
 
 
@@ -29,12 +33,17 @@ def forget(obj):
 
 
 def library_problem():
-    """Why there is no native library, or ""."""
-    try:
-        library()
-    except ExemplarError as error:
-        return str(error)
-    return ""
+    """Why there is no native library, or "". Panels ask at every redraw, the disk is asked less."""
+    global _library_checked
+    at, problem = _library_checked
+    if problem is None or time.monotonic() - at > RECHECK_AFTER:
+        try:
+            library()
+            problem = ""
+        except ExemplarError as error:
+            problem = str(error)
+        _library_checked = (time.monotonic(), problem)
+    return problem
 
 
 def describe(obj):

@@ -25,8 +25,18 @@ def wrap(context, text):
     lines = [""]
     for word in text.split():
         longer = f"{lines[-1]} {word}".strip()
-        if not lines[-1] or blf.dimensions(FONT, longer)[0] <= width:
+        if blf.dimensions(FONT, longer)[0] <= width:
             lines[-1] = longer
         else:
-            lines.append(word)
-    return lines
+            lines += _pieces(word, width)
+    return [line for line in lines if line]
+
+
+def _pieces(word, width):
+    """A path can be longer than a line."""
+    pieces = [""]
+    for letter in word:
+        if pieces[-1] and blf.dimensions(FONT, pieces[-1] + letter)[0] > width:
+            pieces.append("")
+        pieces[-1] += letter
+    return pieces
