@@ -197,7 +197,7 @@ def onto(field, positions):
 
 
 def snap_to_circle(field, positions, centre, radius, reach):
-    """Move vertices within `reach` of a circle on the surface onto it, for a clean edge of colour."""
+    """Move vertices within `reach` of a circle on the surface onto it: a clean edge of colour."""
     positions = positions.copy()
     away = np.linalg.norm(positions - centre, axis=1) - radius
     near = np.flatnonzero(np.abs(away) < reach)
