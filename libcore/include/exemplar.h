@@ -310,10 +310,13 @@ typedef struct exm_amrap_solve_settings {
   int32_t rotations;  /* 1; 0 holds every local rotation at the identity, and the result is the global optimum [5.5] */
   int32_t start;      /* exm_start */
   int32_t descent;    /* exm_descent */
-  int32_t iterations; /* cap on the outer alternation, > 0 */
-  double tolerance;   /* stop when no proxy moves further than this share of the mesh's size, > 0 */
+  int32_t iterations; /* of the alternation; 0 chooses: 10 stateless, 2 warm, a cap of 200 with a tolerance */
+  double tolerance; /* 0: do just `iterations`, plainly; or stop, with acceleration, when an iteration moves the pose by
+                       no more than this share of the mesh's size */
 } exm_amrap_solve_settings;
 
+/* With tolerance 0, the default, a stateless result is a continuous function of the targets: it is a fixed number of
+ * continuous steps. Fully converged poses are not: where two minima of eq. 10 meet, they jump from one to the other. */
 EXM_API void exm_amrap_solve_settings_init(exm_amrap_solve_settings *settings);
 
 /**
@@ -324,8 +327,8 @@ EXM_API void exm_amrap_solve_settings_init(exm_amrap_solve_settings *settings);
  * settings  NULL for the defaults
  * report    may be NULL
  *
- * Returns EXM_WARNING_NOT_CONVERGED where the cap was reached first; the result is usable.
- * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_NUMERIC; the deformer keeps its previous result.
+ * Returns EXM_WARNING_NOT_CONVERGED where a tolerance was asked for and the cap was reached first; the result is
+ * usable. Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_NUMERIC; the deformer keeps its previous result.
  */
 EXM_API exm_status exm_amrap_solve(exm_deformer *deformer, const double *targets,
                                    const exm_amrap_solve_settings *settings, exm_solve_report *report);
@@ -333,7 +336,7 @@ EXM_API exm_status exm_amrap_solve(exm_deformer *deformer, const double *targets
 /** Blend weights of the last solve: [G][S], rows sum to 1 [B of eq. 8]. */
 EXM_API exm_status exm_amrap_blend_weights(const exm_deformer *deformer, double *blend);
 
-/** Their average over the edge groups, weighted by stiffness: [S], sums to 1. */
+/** Their average over the edge groups, weighted by surface area: [S], sums to 1. */
 EXM_API exm_status exm_amrap_blend_average(const exm_deformer *deformer, double *average);
 
 /** For engineers and tests: what is needed to evaluate eq. 10 on the full mesh. */
@@ -342,7 +345,7 @@ EXM_API exm_status exm_amrap_blend_average(const exm_deformer *deformer, double 
  *  are in g: c_ge = cotangent weight x share. */
 EXM_API exm_status exm_amrap_edge_groups(const exm_deformer *deformer, uint32_t *groups);
 
-/** Local rotations of the last solve, [G][S][3][3] row-major [eq. 21]. */
+/** Local rotations that the last objective was evaluated with, [G][S][3][3] row-major [eq. 21]. */
 EXM_API exm_status exm_amrap_rotations(const exm_deformer *deformer, double *rotations);
 
 /** Distances of the exemplars from the handle pose, [G][S]: D of eq. 10, not yet square-rooted. */

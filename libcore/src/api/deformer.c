@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "deform/deformer.h"
+
+#include <string.h>
+
+#include "api/structs.h"
+
+void exm_solve_report_init(exm_solve_report *report)
+{
+  if (report) {
+    *report = (exm_solve_report){.struct_size = sizeof *report};
+  }
+}
+
+void exm_deformer_info_init(exm_deformer_info *info)
+{
+  if (info) {
+    *info = (exm_deformer_info){.struct_size = sizeof *info};
+  }
+}
+
+exm_status exm_deformer_get_info(const exm_deformer *deformer, exm_deformer_info *info)
+{
+  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_pointer(info, "info"));
+  return report_write(info, &deformer->info, sizeof deformer->info, "info");
+}
+
+static exm_status check_exemplar(const exm_deformer *deformer, size_t exemplar)
+{
+  if (exemplar >= deformer->info.exemplar_count) {
+    return status_set_at(EXM_ERROR_ARGUMENT, EXM_ELEMENT_EXEMPLAR, exemplar,
+                         "exemplar is %zu, but the deformer has %zu", exemplar, deformer->info.exemplar_count);
+  }
+  return EXM_OK;
+}
+
+exm_status exm_deformer_handle_pose(const exm_deformer *deformer, size_t exemplar, double *targets)
+{
+  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_pointer(targets, "targets"));
+  TRY(check_exemplar(deformer, exemplar));
+  deformer_handle_pose(deformer, exemplar, targets);
+  return EXM_OK;
+}
+
+exm_status exm_deformer_positions(const exm_deformer *deformer, int32_t thread_count, float *positions)
+{
+  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_pointer(positions, "positions"));
+  if (thread_count < 0) {
+    return status_set(EXM_ERROR_ARGUMENT, "thread_count is %d, not 0 or more", thread_count);
+  }
+  if (deformer->has_result) {
+    skinning_apply(deformer->skin, deformer->affine, thread_count, positions);
+  } else {
+    memcpy(positions, deformer->reference, 3 * deformer->info.vertex_count * sizeof(float));
+  }
+  return EXM_OK;
+}
+
+exm_status exm_deformer_positions_f64(const exm_deformer *deformer, double *positions)
+{
+  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_pointer(positions, "positions"));
+  if (deformer->has_result) {
+    skinning_apply_f64(deformer->skin, deformer->affine, positions);
+    return EXM_OK;
+  }
+  for (size_t i = 0; i < 3 * deformer->info.vertex_count; i++) {
+    positions[i] = (double)deformer->reference[i];
+  }
+  return EXM_OK;
+}
+
+exm_status exm_deformer_weights(const exm_deformer *deformer, float *weights)
+{
+  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_pointer(weights, "weights"));
+  memcpy(weights, deformer->weights, deformer->info.handle_count * deformer->info.vertex_count * sizeof(float));
+  return EXM_OK;
+}
+
+void exm_deformer_destroy(exm_deformer *deformer)
+{
+  deformer_destroy(deformer);
+}

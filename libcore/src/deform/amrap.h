@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* As-multi-rigid-as-possible deformation [AMRAP], on the reduced mesh.
+ *
+ * An iteration never touches vertices, coefficients or constraints. With Z_gs = shapes_gs R_gs' the proxies of exemplar
+ * s turned by its local rotation, and X_g = sum_s B_gs Z_gs their blend, eq. 9 with the pose eliminated is
+ *
+ *     E_d(B) = 1/2 |X|^2 - 1/2 X'G X - <X, Fx c> + 1/2 |F c|^2,
+ *
+ * quadratic in B; eq. 20 becomes the cone program of numeric/cone.h, and the proxies that the next rotations are fitted
+ * to are y = G X + Fx c. */
+#ifndef EXM_DEFORM_AMRAP_H
+#define EXM_DEFORM_AMRAP_H
+
+#include "numeric/anderson.h"
+#include "numeric/cone.h"
+#include "subspace/reduced.h"
+
+/* Up to this many exemplars the cone program holds every blend weight; above, a working set of a few a group, since few
+ * are in use at an optimum. */
+enum { AMRAP_ALL_SHAPES = 3, AMRAP_COLUMNS_PER_GROUP = 6 };
+
+typedef struct amrap {
+  reduced_mesh reduced;
+  /* Single-exemplar ARAP: with rotations stacked as Rt [G d][d], the matrices to fit are Gs Rt + Fs c. */
+  double *Gs;           /* [S][G d][G d] */
+  double *Fs;           /* [S][G d][constraints] */
+  double *FF;           /* [constraints][constraints] F'F */
+  double *group_shares; /* [G] of the surface */
+  /* What depends on the handles alone. */
+  double *c, *Fxc;          /* [constraints][d], [shape_rows][d] */
+  double held_energy;       /* 1/2 |F c|^2 */
+  double *single_rotations; /* [S][G][d][d], transposed */
+  double *single_u;         /* [rank][S d] */
+  double *D;                /* [G][S] */
+  /* The solution. */
+  double *rotations; /* [G][S][d][d], transposed: those the blend was solved with */
+  double *B;         /* [G][S] */
+  double *u;         /* [rank][d] */
+  double *y;         /* [shape_rows][d] */
+  double *X;         /* [shape_rows][d] */
+  int has_solution;
+  /* Scratch. */
+  double *fit;          /* [S][G][d][d] matrices to fit, and what they are fitted from */
+  double *fit_image;    /* [G][d][d] */
+  double *fit_fallback; /* [G][d][d] */
+  anderson single_mixing, mixing;
+  double *single_blend;              /* [shape_rows][S d] */
+  double *single_shapes;             /* [shape_rows][S d] */
+  double *single_rest;               /* [rest_rows][S d] */
+  double *turned;                    /* [columns] Z, each [rows of its group][d] */
+  double *turned_G;                  /* [shape_rows][d] */
+  double *mixed_u;                   /* [rank][d] where the rotations were fitted */
+  double *pull;                      /* [shape_rows][d] */
+  double *damped_u;                  /* [rank][d] */
+  double *global_u;                  /* [rank][S d] */
+  double *saved_u, *saved_B, *slope; /* [rank][d], [G][S], [rank][d] */
+  unsigned char *wanted;             /* [G][S] */
+  /* The cone program of the current iteration. */
+  size_t column_limit; /* unknowns it may have */
+  size_t *column_group, *column_shape, *turned_offsets, *block_offsets;
+  double *Q, *p, *l, *unknown;
+  cone_workspace cone;
+} amrap;
+
+typedef struct amrap_options {
+  double lambda;
+  int is_global, has_rotations, is_warm;
+  exm_descent descent;
+  int32_t iterations;
+  double tolerance;
+} amrap_options;
+
+/** The damping of appendix A: the step minimises E_d + <slope, u - u0> + mu/2 |(u, B) - (u0, B0)|^2 under the root,
+ * which for each mu is the trust-region step of some radius. mu = 0 and no slope: section 5.3. */
+typedef struct amrap_damping {
+  double mu;
+  const double *u0, *B0; /* [rank][d], [G][S] */
+  const double *slope;   /* [rank][d] */
+} amrap_damping;
+
+/** Everything from `owner`. group_shares [G] is copied. */
+exm_status amrap_prepare(arena *owner, const reduced_mesh *reduced, const double *group_shares, amrap *out);
+
+/** New handles: c [constraints][d]. Forgets D. */
+void amrap_set_targets(amrap *a, const double *c);
+
+/** D of eq. 10: every exemplar on its own brought to the handles by ARAP. */
+void amrap_solve_exemplars(amrap *a, const amrap_options *options, int from_scratch);
+
+/** The blend and pose for the rotations held, eq. 20. B is where the search starts and what it finds. */
+void amrap_solve_blend(amrap *a, const amrap_options *options, const amrap_damping *damping, cone_result *result);
+
+/** Rotations fitted to the pose, eq. 21-22. */
+void amrap_fit_rotations(amrap *a);
+
+/** sqrt(E_d) + lambda sum B sqrt(D) for the pose, blend and rotations held; E_d apart where asked for. */
+double amrap_objective(const amrap *a, const amrap_options *options, double *elastic);
+
+/** Blend weights averaged over the groups by their share of the surface, [S]. */
+void amrap_blend_average(const amrap *a, double *average);
+
+/** X from B and rotations. */
+void amrap_blend_shapes(amrap *a);
+
+/** The whole alternation. report has history, if any; energies come in units of the space. */
+exm_status amrap_alternate(amrap *a, const amrap_options *options, exm_solve_report *report);
+
+/** Derivative by u of 1/2 |X|^2 through the rotations, which follow the pose [eq. 25-30]; slope [rank][d]. The
+ * rotations must be those last fitted. */
+void amrap_rotation_slope(amrap *a, double *slope);
+
+/** One guarded iteration [appendix A]: 1 where it lowered the objective, 0 at a stationary point. *objective in and
+ * out: that of the current state with rotations fitted to its own pose. */
+int amrap_guarded_step(amrap *a, const amrap_options *options, double *mu, double *objective, cone_result *result);
+
+#endif

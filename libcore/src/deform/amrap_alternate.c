@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The whole optimisation [AMRAP, 5.5]: blend and pose with rotations held, then rotations with the pose held. */
+#include <math.h>
+#include <string.h>
+
+#include "deform/amrap.h"
+#include "linalg/dense.h"
+#include "linalg/rotation.h"
+
+/* EXM_DESCENT_AUTO turns to guarded steps where this many iterations in a row brought the pose no closer to a fixed
+ * point. The objective is no sign: it is measured with rotations that the next step changes, and rises on good
+ * iterations too. */
+enum { STAGNATION = 25 };
+
+void amrap_set_targets(amrap *a, const double *c)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, bound = r->constraint_count;
+  memcpy(a->c, c, bound * d * sizeof(double));
+  dense_times(r->shape_rows, bound, d, r->Fx, a->c, a->Fxc);
+  a->held_energy = 0;
+  for (size_t i = 0; i < bound; i++) {
+    for (size_t j = 0; j < bound; j++) {
+      a->held_energy += a->FF[i * bound + j] * dense_dot(d, a->c + i * d, a->c + j * d) / 2;
+    }
+  }
+}
+
+void amrap_fit_rotations(amrap *a)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, S = r->exemplar_count, count = r->group_count * S;
+  memset(a->fit, 0, count * d * d * sizeof(double));
+  for (size_t g = 0; g < r->group_count; g++) {
+    for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
+      const double *shape = r->shapes + i * S * d, *y = a->y + i * d;
+      double *fit = a->fit + g * S * d * d;
+      for (size_t j = 0; j < S * d; j++) {
+        for (size_t k = 0; k < d; k++) {
+          fit[j * d + k] += shape[j] * y[k];
+        }
+      }
+    }
+  }
+  if (d == 3) {
+    rotation_fit3(count, a->fit, a->rotations);
+  } else {
+    rotation_fit2(count, a->fit, a->rotations);
+  }
+}
+
+double amrap_objective(const amrap *a, const amrap_options *options, double *elastic)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension;
+  /* 1/2 |U u + F c|^2 over the rows where no exemplar lives, from the totals; then the others as a sum of squares. */
+  double energy = (dense_dot(r->rank * d, a->u, a->u) - dense_dot(r->shape_rows * d, a->y, a->y)) / 2 + a->held_energy;
+  double cost = 0;
+  energy = fmax(energy, 0);
+  for (size_t i = 0; i < r->shape_rows * d; i++) {
+    energy += (a->y[i] - a->X[i]) * (a->y[i] - a->X[i]) / 2;
+  }
+  for (size_t i = 0; i < r->group_count * r->exemplar_count; i++) {
+    cost += a->B[i] * sqrt(a->D[i]);
+  }
+  if (elastic) {
+    *elastic = energy;
+  }
+  return sqrt(energy) + options->lambda * cost;
+}
+
+void amrap_blend_average(const amrap *a, double *average)
+{
+  size_t const S = a->reduced.exemplar_count;
+  memset(average, 0, S * sizeof(double));
+  for (size_t g = 0; g < a->reduced.group_count; g++) {
+    dense_axpy(S, a->group_shares[g], a->B + g * S, average);
+  }
+}
+
+/** Begin at the exemplar closest to the handles, turned as its own solution is. The rotations of every exemplar are
+ * those of its own solution, which depend on the handles continuously; the program that follows is convex. */
+static void start_from_exemplars(amrap *a)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, S = r->exemplar_count, G = r->group_count;
+  size_t closest = 0;
+  double least = INFINITY;
+  for (size_t s = 0; s < S; s++) {
+    double distance = 0;
+    for (size_t g = 0; g < G; g++) {
+      distance += a->D[g * S + s];
+      memcpy(a->rotations + (g * S + s) * d * d, a->single_rotations + (s * G + g) * d * d, d * d * sizeof(double));
+    }
+    if (distance < least) {
+      least = distance;
+      closest = s;
+    }
+  }
+  memset(a->B, 0, G * S * sizeof(double));
+  for (size_t g = 0; g < G; g++) {
+    a->B[g * S + closest] = 1;
+  }
+}
+
+/** How far the pose is from the one its rotations were fitted to, relative to the mesh. */
+static double change_of(const amrap *a)
+{
+  double sum = 0;
+  for (size_t i = 0; i < a->reduced.rank * a->reduced.dimension; i++) {
+    sum += (a->u[i] - a->mixed_u[i]) * (a->u[i] - a->mixed_u[i]);
+  }
+  return sqrt(sum) / a->reduced.size;
+}
+
+static void record(exm_solve_report *report, double objective)
+{
+  report->iterations++;
+  if (report->history && report->history_count < report->history_capacity) {
+    report->history[report->history_count++] = objective;
+  }
+}
+
+/** Guarded iterations until the cap, a stationary point, or no more change. */
+static void descend_guarded(amrap *a, const amrap_options *options, exm_solve_report *report, cone_result *result)
+{
+  double mu = 0;
+  amrap_fit_rotations(a);
+  amrap_blend_shapes(a);
+  double objective = amrap_objective(a, options, NULL);
+  while (report->iterations < options->iterations) {
+    memcpy(a->mixed_u, a->u, a->reduced.rank * a->reduced.dimension * sizeof(double));
+    int const moved = amrap_guarded_step(a, options, &mu, &objective, result);
+    record(report, objective);
+    if (!moved || change_of(a) <= options->tolerance) {
+      report->converged = 1;
+      return;
+    }
+  }
+}
+
+/** The proxies of pose u. */
+static void proxies(amrap *a)
+{
+  const reduced_mesh *r = &a->reduced;
+  dense_times(r->shape_rows, r->rank, r->dimension, r->Ux, a->u, a->y);
+  dense_axpy(r->shape_rows * r->dimension, 1, a->Fxc, a->y);
+}
+
+/** The plain alternation as a fixed point of the pose u, with Anderson mixing: rotations are fitted to a pose mixed
+ * from the last few. */
+static void descend_plain(amrap *a, const amrap_options *options, exm_solve_report *report, cone_result *result)
+{
+  size_t const size = a->reduced.rank * a->reduced.dimension;
+  double closest = INFINITY;
+  int stagnant = 0;
+  anderson_reset(&a->mixing);
+  while (report->iterations < options->iterations) {
+    amrap_solve_blend(a, options, NULL, result);
+    double const objective = amrap_objective(a, options, NULL);
+    record(report, objective);
+    double const change = report->iterations > 1 ? change_of(a) : INFINITY;
+    if (!options->has_rotations || change <= options->tolerance) {
+      report->converged = 1;
+      return;
+    }
+    stagnant = change < closest ? 0 : stagnant + 1;
+    closest = fmin(closest, change);
+    if (options->descent == EXM_DESCENT_AUTO && stagnant >= STAGNATION) {
+      descend_guarded(a, options, report, result);
+      return;
+    }
+    if (report->iterations == options->iterations) {
+      return;
+    }
+    if (report->iterations > 1 && options->tolerance > 0) {
+      anderson_mix(&a->mixing, a->u, a->mixed_u);
+      memcpy(a->u, a->mixed_u, size * sizeof(double));
+      proxies(a);
+    } else {
+      memcpy(a->mixed_u, a->u, size * sizeof(double));
+    }
+    amrap_fit_rotations(a);
+  }
+}
+
+exm_status amrap_alternate(amrap *a, const amrap_options *options, exm_solve_report *report)
+{
+  cone_result result = {0};
+  int const is_warm = options->is_warm && a->has_solution;
+  amrap_solve_exemplars(a, options, !is_warm);
+  if (!is_warm || !options->has_rotations) {
+    start_from_exemplars(a);
+  } else {
+    amrap_fit_rotations(a);
+  }
+  if (options->descent == EXM_DESCENT_TRUST_REGION && options->has_rotations) {
+    if (!is_warm) {
+      amrap_solve_blend(a, options, NULL, &result);
+    }
+    descend_guarded(a, options, report, &result);
+  } else {
+    descend_plain(a, options, report, &result);
+  }
+  report->objective = amrap_objective(a, options, &report->elastic_energy);
+  report->optimality_gap = result.gap;
+  if (!isfinite(report->objective)) {
+    a->has_solution = 0;
+    return status_set(EXM_ERROR_NUMERIC, "the solve broke down: the objective is not finite");
+  }
+  a->has_solution = 1;
+  return EXM_OK;
+}

@@ -1,0 +1,333 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Blend weights and pose with rotations held [AMRAP, eq. 20], as a cone program in the blend weights alone. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "deform/amrap.h"
+#include "linalg/dense.h"
+
+/* Gap of the cone program relative to its natural size. */
+static double const CONE_TOLERANCE = 1e-9;
+/* Rounds of adding exemplars to the working set. */
+enum { WORKING_SET_ROUNDS = 4, COLUMNS_PER_GROUP = AMRAP_COLUMNS_PER_GROUP };
+
+static size_t rows_of(const reduced_mesh *r, size_t g)
+{
+  return r->shape_offsets[g + 1] - r->shape_offsets[g];
+}
+
+/** One proxy of exemplar s in group g, turned by its rotation. */
+static void turn(const amrap *a, size_t row, size_t g, size_t s, double *out)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, S = r->exemplar_count;
+  const double *rotation = a->rotations + (g * S + s) * d * d, *shape = r->shapes + (row * S + s) * d;
+  for (size_t k = 0; k < d; k++) {
+    out[k] = 0;
+    for (size_t j = 0; j < d; j++) {
+      out[k] += shape[j] * rotation[j * d + k];
+    }
+  }
+}
+
+void amrap_blend_shapes(amrap *a)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, S = r->exemplar_count;
+  double turned[3];
+  memset(a->X, 0, r->shape_rows * d * sizeof(double));
+  for (size_t g = 0; g < r->group_count; g++) {
+    for (size_t s = 0; s < S; s++) {
+      double const weight = a->B[g * S + s];
+      for (size_t i = r->shape_offsets[g]; weight != 0 && i < r->shape_offsets[g + 1]; i++) {
+        turn(a, i, g, s, turned);
+        for (size_t k = 0; k < d; k++) {
+          a->X[i * d + k] += weight * turned[k];
+        }
+      }
+    }
+  }
+}
+
+/** Columns: the unknowns (g, s) of this program, group by group; `wanted` [G][S] says which. */
+static size_t choose_columns(amrap *a, const unsigned char *wanted)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const S = r->exemplar_count;
+  size_t count = 0, turned = 0;
+  for (size_t g = 0; g < r->group_count; g++) {
+    a->block_offsets[g] = count;
+    for (size_t s = 0; s < S; s++) {
+      if (!wanted || wanted[g * S + s]) {
+        a->column_group[count] = g;
+        a->column_shape[count] = s;
+        a->turned_offsets[count++] = turned;
+        turned += rows_of(r, g) * r->dimension;
+      }
+    }
+  }
+  a->block_offsets[r->group_count] = count;
+  return count;
+}
+
+static void turn_columns(amrap *a, size_t count)
+{
+  const reduced_mesh *r = &a->reduced;
+  for (size_t i = 0; i < count; i++) {
+    size_t const g = a->column_group[i];
+    for (size_t row = 0; row < rows_of(r, g); row++) {
+      turn(a, r->shape_offsets[g] + row, g, a->column_shape[i], a->turned + a->turned_offsets[i] + row * r->dimension);
+    }
+  }
+}
+
+/** What damping adds to the program's right-hand side and constant: the pose is drawn to (mu u0 - slope) / (1 + mu). */
+static double damp(amrap *a, const amrap_damping *damping)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension;
+  double const mu = damping->mu;
+  double constant = a->held_energy;
+  memcpy(a->pull, a->Fxc, r->shape_rows * d * sizeof(double));
+  if (mu == 0) {
+    return constant;
+  }
+  for (size_t i = 0; i < r->rank * d; i++) {
+    double const drawn = mu * damping->u0[i] - damping->slope[i];
+    constant += (mu * damping->u0[i] / 2 - damping->slope[i]) * damping->u0[i] - drawn * drawn / (2 * (1 + mu));
+    a->damped_u[i] = drawn / (1 + mu);
+  }
+  dense_times(r->shape_rows, r->rank, d, r->Ux, a->damped_u, a->turned_G);
+  dense_axpy(r->shape_rows * d, 1, a->turned_G, a->pull);
+  return constant;
+}
+
+/** The damping of one unknown, whose own energy is `weight`. */
+static double damp_unknown(const amrap_damping *damping, double weight, double from, double *Q, double *p)
+{
+  *Q += damping->mu * weight;
+  *p += damping->mu * weight * from;
+  return damping->mu * weight * from * from / 2;
+}
+
+/** Q, p, l of the cone program for the columns chosen, and its k: Q = Z'Z - Z'G Z / (1 + mu) + damping. */
+static double assemble_local(amrap *a, const amrap_options *options, const amrap_damping *damping, size_t count)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, S = r->exemplar_count;
+  double constant = damp(a, damping);
+  turn_columns(a, count);
+  for (size_t i = 0; i < count; i++) {
+    size_t const g = a->column_group[i], s = a->column_shape[i], first = r->shape_offsets[g];
+    const double *turned = a->turned + a->turned_offsets[i];
+    /* G Z_i from the rows of Z_i's own group on: the other half follows from symmetry. */
+    dense_times_transposed(rows_of(r, g), r->shape_rows - first, d, r->G + first * r->shape_rows + first, r->shape_rows,
+                           turned, a->turned_G + first * d);
+    for (size_t j = a->block_offsets[g]; j < count; j++) {
+      size_t const other = a->column_group[j], length = rows_of(r, other) * d;
+      const double *turned_j = a->turned + a->turned_offsets[j];
+      double value = -dense_dot(length, turned_j, a->turned_G + r->shape_offsets[other] * d) / (1 + damping->mu);
+      if (other == g) {
+        value += dense_dot(length, turned_j, turned);
+      }
+      a->Q[i * count + j] = a->Q[j * count + i] = value;
+    }
+    a->p[i] = dense_dot(rows_of(r, g) * d, turned, a->pull + first * d);
+    a->l[i] = options->lambda * sqrt(a->D[g * S + s]);
+  }
+  for (size_t i = 0; i < count && damping->mu > 0; i++) {
+    size_t const g = a->column_group[i];
+    const double *turned = a->turned + a->turned_offsets[i];
+    constant += damp_unknown(damping, dense_dot(rows_of(r, g) * d, turned, turned),
+                             damping->B0[g * S + a->column_shape[i]], &a->Q[i * count + i], &a->p[i]);
+  }
+  return constant;
+}
+
+/** The same with one blend for all groups: the unknowns are exemplars, Z_s is the whole of exemplar s. */
+static double assemble_global(amrap *a, const amrap_options *options, const amrap_damping *damping)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, S = r->exemplar_count, width = S * d;
+  double constant = damp(a, damping);
+  double *turned = a->single_blend, *in_basis = a->global_u;
+  memset(a->Q, 0, S * S * sizeof(double));
+  memset(a->p, 0, S * sizeof(double));
+  memset(a->l, 0, S * sizeof(double));
+  for (size_t g = 0; g < r->group_count; g++) {
+    for (size_t s = 0; s < S; s++) {
+      a->l[s] += options->lambda * sqrt(a->D[g * S + s]);
+      for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
+        turn(a, i, g, s, turned + i * width + s * d);
+      }
+    }
+  }
+  dense_multiply(1, 0, r->rank, width, r->shape_rows, 1, r->Ux, turned, 0, in_basis);
+  for (size_t s = 0; s < S; s++) {
+    for (size_t i = 0; i < r->shape_rows; i++) {
+      const double *row = turned + i * width;
+      a->p[s] += dense_dot(d, row + s * d, a->pull + i * d);
+      for (size_t t = 0; t <= s; t++) {
+        a->Q[s * S + t] += dense_dot(d, row + s * d, row + t * d);
+      }
+    }
+    double const own = a->Q[s * S + s];
+    for (size_t i = 0; i < r->rank; i++) {
+      for (size_t t = 0; t <= s; t++) {
+        a->Q[s * S + t] -= dense_dot(d, in_basis + i * width + s * d, in_basis + i * width + t * d) / (1 + damping->mu);
+      }
+    }
+    for (size_t t = 0; t < s; t++) {
+      a->Q[t * S + s] = a->Q[s * S + t];
+    }
+    if (damping->mu > 0) {
+      constant += damp_unknown(damping, own, damping->B0[s], &a->Q[s * S + s], &a->p[s]);
+    }
+  }
+  return constant;
+}
+
+static cone_program program_of(const amrap *a, size_t count, size_t blocks, double constant)
+{
+  return (cone_program){.count = count,
+                        .block_count = blocks,
+                        .offsets = a->block_offsets,
+                        .Q = a->Q,
+                        .p = a->p,
+                        .l = a->l,
+                        .k = constant};
+}
+
+static void solve_global(amrap *a, const amrap_options *options, const amrap_damping *damping, cone_result *result)
+{
+  size_t const S = a->reduced.exemplar_count;
+  double const constant = assemble_global(a, options, damping);
+  a->block_offsets[0] = 0;
+  a->block_offsets[1] = S;
+  cone_program const program = program_of(a, S, 1, constant);
+  memcpy(a->unknown, a->B, S * sizeof(double));
+  cone_solve(&program, &a->cone, CONE_TOLERANCE, a->unknown, result);
+  for (size_t g = 0; g < a->reduced.group_count; g++) {
+    memcpy(a->B + g * S, a->unknown, S * sizeof(double));
+  }
+}
+
+static void solve_local(amrap *a, const amrap_options *options, const amrap_damping *damping,
+                        const unsigned char *wanted, cone_result *result)
+{
+  size_t const S = a->reduced.exemplar_count;
+  size_t const count = choose_columns(a, wanted);
+  double const constant = assemble_local(a, options, damping, count);
+  cone_program const program = program_of(a, count, a->reduced.group_count, constant);
+  for (size_t i = 0; i < count; i++) {
+    a->unknown[i] = a->B[a->column_group[i] * S + a->column_shape[i]];
+  }
+  cone_solve(&program, &a->cone, CONE_TOLERANCE, a->unknown, result);
+  for (size_t i = 0; i < count; i++) {
+    a->B[a->column_group[i] * S + a->column_shape[i]] = a->unknown[i];
+  }
+}
+
+/** The pose that belongs to the blend: u = (Ux'X + mu u0 - slope) / (1 + mu), y = Ux u + Fx c. */
+static void pose(amrap *a, const amrap_damping *damping)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension;
+  amrap_blend_shapes(a);
+  dense_times_transposed(r->shape_rows, r->rank, d, r->Ux, r->rank, a->X, a->u);
+  for (size_t i = 0; i < r->rank * d && damping->mu > 0; i++) {
+    a->u[i] = (a->u[i] + damping->mu * damping->u0[i] - damping->slope[i]) / (1 + damping->mu);
+  }
+  dense_times(r->shape_rows, r->rank, d, r->Ux, a->u, a->y);
+  dense_axpy(r->shape_rows * d, 1, a->Fxc, a->y);
+}
+
+/** Gradient of the objective by B_gs at the pose: <Z_gs, X_g - y_g> / (2 sqrt(E_d)) + lambda sqrt(D_gs). */
+static double gradient(const amrap *a, const amrap_options *options, double root, size_t g, size_t s)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension;
+  double turned[3], slope = 0;
+  for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
+    turn(a, i, g, s, turned);
+    for (size_t k = 0; k < d; k++) {
+      slope += turned[k] * (a->X[i * d + k] - a->y[i * d + k]);
+    }
+  }
+  return slope / (2 * root) + options->lambda * sqrt(a->D[g * r->exemplar_count + s]);
+}
+
+/** Keep the exemplars in use, and want in each group the one whose use would lower the objective most. Adds to *gap
+ * what the program over the working set did not see; returns how many are new. */
+static size_t extend(amrap *a, const amrap_options *options, const cone_result *result, double *gap)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const S = r->exemplar_count;
+  double const root = fmax(sqrt(result->quadratic), 1e-8 * r->size);
+  size_t added = 0;
+  *gap = 0;
+  for (size_t g = 0; g < r->group_count; g++) {
+    double mean = 0, lowest = DBL_MAX, within = DBL_MAX;
+    size_t best = 0;
+    for (size_t s = 0; s < S; s++) {
+      double const slope = gradient(a, options, root, g, s);
+      mean += a->B[g * S + s] * slope;
+      if (slope < lowest) {
+        lowest = slope;
+        best = s;
+      }
+      if (a->wanted[g * S + s]) {
+        within = fmin(within, slope);
+      }
+    }
+    *gap += mean - lowest;
+    for (size_t s = 0; s < S; s++) {
+      a->wanted[g * S + s] = a->B[g * S + s] > 0;
+    }
+    if (lowest < within - CONE_TOLERANCE * r->size) {
+      a->wanted[g * S + best] = 1;
+      added++;
+    }
+  }
+  return added;
+}
+
+/** Many unknowns: solve over the exemplars in use and those that would lower the objective, until none would. */
+static void solve_working_set(amrap *a, const amrap_options *options, const amrap_damping *damping, cone_result *result)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const S = r->exemplar_count;
+  for (size_t g = 0; g < r->group_count; g++) {
+    size_t nearest = 0, used = 0;
+    for (size_t s = 0; s < S; s++) {
+      nearest = a->D[g * S + s] < a->D[g * S + nearest] ? s : nearest;
+      /* More than there is room for never are in use at an optimum; a start may have them. */
+      a->wanted[g * S + s] = a->B[g * S + s] > 0 && used < COLUMNS_PER_GROUP - 1;
+      used += a->wanted[g * S + s];
+    }
+    a->wanted[g * S + nearest] = 1;
+  }
+  for (int round = 0; round < WORKING_SET_ROUNDS; round++) {
+    solve_local(a, options, damping, a->wanted, result);
+    pose(a, damping);
+    if (extend(a, options, result, &result->gap) == 0) {
+      break;
+    }
+  }
+}
+
+void amrap_solve_blend(amrap *a, const amrap_options *options, const amrap_damping *damping, cone_result *result)
+{
+  static const amrap_damping none = {0};
+  const reduced_mesh *r = &a->reduced;
+  damping = damping ? damping : &none;
+  if (options->is_global) {
+    solve_global(a, options, damping, result);
+  } else if (r->exemplar_count > AMRAP_ALL_SHAPES) {
+    solve_working_set(a, options, damping, result);
+  } else {
+    solve_local(a, options, damping, NULL, result);
+  }
+  pose(a, damping);
+}
