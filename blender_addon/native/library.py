@@ -4,6 +4,7 @@
 import ctypes
 import os
 import platform
+import struct
 import sys
 from pathlib import Path
 
@@ -80,6 +81,8 @@ def library_version():
 
 def load(path):
     """Load one file and make sure that it is what this code was written for."""
+    if _is_cut_short(path):
+        raise LibraryError(f"{path} is incomplete: the file is cut short. Install the add-on anew.")
     try:
         loaded = ctypes.CDLL(str(path))
     except OSError as error:
@@ -100,6 +103,17 @@ def load(path):
     except AttributeError as error:
         raise LibraryError(f"{path} (Exemplar {version}) is incomplete: {error}") from None
     return loaded
+
+
+def _is_cut_short(path):
+    """Loading one would end the whole program: pages are mapped that the file does not have."""
+    with open(path, "rb") as file:
+        head = file.read(64)
+        size = file.seek(0, 2)
+    if head[:6] != b"\x7fELF\x02\x01" or len(head) < 64:
+        return False
+    sections, entry_size, count = struct.unpack_from("<Q10xHH", head, 40)
+    return size < sections + entry_size * count
 
 
 def _why_not_loaded(path, error):

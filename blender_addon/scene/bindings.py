@@ -42,7 +42,6 @@ class State:
     # For live updates.
     shown: Any = None  # inputs of the result that the artist sees
     seen: dict = field(default_factory=dict)  # scene name -> its last inputs
-    own_write: bool = False  # the next change of the mesh is ours
     settled: bool = True  # what is shown is the stateless result
     changed_at: float = 0.0
     stateless_seconds: float = 0.0

@@ -94,7 +94,6 @@ def _update(obj, scene, depsgraph, frame_changed, edited):
         stateless = frame_changed or not is_interactive()
         stateless = stateless or state.stateless_seconds < STATELESS_LIMIT
         _solve_and_show(obj, state, inputs, stateless)
-        state.own_write = is_interactive() or not frame_changed
         _report(state, None)
     except ExemplarError as error:
         _report(state, error)
@@ -111,10 +110,8 @@ def _is_paused(obj, state):
 
 
 def _note_edit(state):
-    """Something changed the mesh: us, or someone who may have edited an exemplar."""
-    if state.own_write:
-        state.own_write = False
-        return
+    """Someone changed the mesh, perhaps an exemplar. It was not us: what a handler writes is
+    evaluated without asking the handlers again, and what else we write we flush."""
     state.verified = False
     if is_interactive():
         # A slider that is dragged changes the mesh at every step; compare when it is still.
@@ -152,7 +149,7 @@ def update(obj, depsgraph=None):
         results.check(obj)
         inputs = solving.read_inputs(obj, state, depsgraph)
         _solve_and_show(obj, state, inputs, stateless=True)
-        state.own_write = True
+        _flush()
         _report(state, None)
     except ExemplarError as error:
         _report(state, error)
@@ -171,7 +168,18 @@ def _solve_and_show(obj, state, inputs, stateless):
 
 def _settle(obj, state):
     _solve_and_show(obj, state, state.shown, stateless=True)
-    state.own_write = True
+
+
+def _flush():
+    """Evaluate what we wrote outside of a handler, without hearing of it as of an edit."""
+    if getattr(_inside, "now", False):
+        return
+    _inside.now = True
+    try:
+        for window in bpy.context.window_manager.windows:
+            window.view_layer.update()
+    finally:
+        _inside.now = False
 
 
 def _report(state, problem):
@@ -218,6 +226,7 @@ def _finish(obj):
             _report(state, None)
         if not state.settled:
             _refine(obj, state, is_still)
+            _flush()
     except ExemplarError as error:
         state.settled = True
         _report(state, error)
@@ -233,7 +242,6 @@ def _refine(obj, state, is_still):
         changed_at = state.changed_at
         _solve_and_show(obj, state, state.shown, stateless=False)
         state.changed_at = changed_at
-        state.own_write = True
 
 
 # ---------------------------------------------------------------------------------- registration

@@ -214,7 +214,8 @@ def remove(obj):
     if rig.bound_target == "KEY":
         keys = obj.data.shape_keys
         key = keys.key_blocks.get(rig.result_key) if keys else None
-        if key is not None:
+        shared = any(other != obj and _shares_key(obj, other) for other in rigs.bound_rigs())
+        if key is not None and not shared:
             _remove_key(obj, key)
         rig.result_key = ""
     elif rig.bound_target == "OBJECT":

@@ -27,8 +27,9 @@ def commit(obj, gathered, deformer, warnings):
     rig = obj.exemplar
     if not rig.uuid:
         rig.uuid = bindings.new_uuid()
-    old_shown = results.shown_object(obj) if rig.bound else None
     _place_empties(obj, gathered, keep_pose=rig.bound)
+    if rig.bound and results.shown_object(obj) is not None:
+        follow.unfollow(results.shown_object(obj))
     results.create(obj, rig.target)
     for index, item in enumerate(rig.handles):
         item.bound_index = index
@@ -38,10 +39,7 @@ def commit(obj, gathered, deformer, warnings):
     rig.bound = True
     bindings.rigs.forget()
     bindings.install(obj, gathered, deformer, warnings)
-    shown = results.shown_object(obj)
-    if old_shown is not None and old_shown != shown:
-        follow.unfollow(old_shown)
-    follow.follow(shown, [item.empty for item in rig.handles])
+    follow.follow(results.shown_object(obj), [item.empty for item in rig.handles])
     return _lock_interface(obj) + [sentence for sentence, _ in warnings]
 
 

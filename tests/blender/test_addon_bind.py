@@ -475,7 +475,9 @@ class BadInput(SceneCase):
 
     def test_infinite(self):
         bar, _ = support.make_rig(bind=False)
-        bar.data.shape_keys.key_blocks["Basis"].data[3].co.x = float("inf")
+        positions = support.key(bar, "Basis")
+        positions[3, 0] = numpy.inf
+        support.versions.set_key_positions(bar.data.shape_keys.key_blocks["Basis"], positions)
         self.refuses(bar, "'Basis' has coordinates that are not numbers")
 
     def test_keys_of_another_size(self):

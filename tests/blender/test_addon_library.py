@@ -84,7 +84,7 @@ class Library(SceneCase):
 
     def test_cut_short(self):
         self.file.write_bytes(loader.library_path().read_bytes()[:5000])
-        self.fails("cannot be loaded")
+        self.fails("cut short")
 
     def test_no_library_at_all(self):
         self.file.write_text("hello")

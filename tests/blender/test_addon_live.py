@@ -295,8 +295,8 @@ class Stateless(SceneCase):
         self.scene.frame_start, self.scene.frame_end, self.scene.frame_step = 3, 7, 4
         for empty in self.empties:
             empty.hide_render = True
-        bpy.app.handlers.render_pre.append(look)
-        self.addCleanup(bpy.app.handlers.render_pre.remove, look)
+        bpy.app.handlers.render_post.append(look)
+        self.addCleanup(bpy.app.handlers.render_post.remove, look)
         with tempfile.TemporaryDirectory() as folder:
             self.scene.render.filepath = os.path.join(folder, "frame")
             bpy.ops.render.render(animation=True)
