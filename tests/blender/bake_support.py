@@ -1,15 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tests of baking share. They run inside Blender:
-
-    blender -b --factory-startup --python tests/blender/test_bake.py
-"""
+"""What the tests of baking share: a bound bar, and what a bake may and may not change."""
 
 import contextlib
 import os
 import subprocess
 import sys
-import traceback
-import unittest
 from pathlib import Path
 
 import numpy as np
@@ -25,23 +20,6 @@ def load_addon():
     import command_line
 
     return command_line.load_addon()
-
-
-def run(name):
-    """Run the tests of a module and leave Blender with what came of it."""
-    code = 1
-    try:
-        import command_line
-
-        argv = [name, *(command_line.own_arguments() or ["-v"])]
-        program = unittest.main(name, argv=argv, exit=False)
-        code = 0 if program.result.wasSuccessful() else 1
-    except BaseException:
-        traceback.print_exc()
-    finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(code)
 
 
 @contextlib.contextmanager
@@ -200,11 +178,10 @@ def solved(addon, bar, frames):
 
 
 def artists_data(obj):
-    """What no bake may change: every key's coordinates (but of our result) and the mesh's own."""
-    result = obj.exemplar.result_key
+    """What no bake may change: every key's coordinates, but for ours, and the mesh's own."""
     data = {"": _coordinates(obj.data.vertices)}
     for block in obj.data.shape_keys.key_blocks:
-        if block.name != result:
+        if not block.name.startswith("Exemplar "):
             data[block.name] = _coordinates(block.data)
     return data
 

@@ -17,6 +17,7 @@ import numpy as np
 sys.path.insert(0, os.path.dirname(__file__))
 import bake_support  # noqa: E402
 from bake_support import FIRST, LAST  # noqa: E402
+import support  # noqa: E402
 
 addon = bake_support.load_addon()
 bakers = addon("scene.baking.bakers")
@@ -33,7 +34,6 @@ FORMATS = ("PC2", "MDD", "SHAPE_KEYS", "WEIGHTS")
 
 class BarCase(unittest.TestCase):
     def setUp(self):
-        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
@@ -265,7 +265,7 @@ class ChangesNothing(BarCase):
                 with self.assertRaises(errors.WriteError) as caught:
                     self.bake(kind)
                 self.assertIn(self.path(kind), str(caught.exception))
-                self.assertIn("18.7 kB", str(caught.exception))
+                self.assertIn("18.8 kB", str(caught.exception))
                 self.assert_nothing_changed()
 
     def test_settings_that_make_no_sense(self):
@@ -418,4 +418,4 @@ class Operator(BarCase):
 
 
 if __name__ == "__main__":
-    bake_support.run(__name__)
+    support.run(globals())

@@ -18,6 +18,7 @@ import numpy as np
 sys.path.insert(0, os.path.dirname(__file__))
 import bake_support  # noqa: E402
 from bake_support import COMMAND_LINE, FIRST, LAST  # noqa: E402
+import support  # noqa: E402
 
 addon = bake_support.load_addon()
 bindings = addon("scene.bindings")
@@ -205,7 +206,7 @@ class CommandLine(unittest.TestCase):
         )
         self.assertEqual(code, 5, text + err)
         self.assertIn(str(out), err)
-        self.assertIn("18.7 kB", err)
+        self.assertIn("18.8 kB", err)
         self.assertNotIn(".part", text)
         self.assertNotIn("\na.pc2", text)
 
@@ -253,4 +254,4 @@ def _small_disk(folder):
 
 
 if __name__ == "__main__":
-    bake_support.run(__name__)
+    support.run(globals())

@@ -14,6 +14,7 @@ import numpy as np
 
 sys.path.insert(0, os.path.dirname(__file__))
 import bake_support  # noqa: E402
+import support  # noqa: E402
 
 addon = bake_support.load_addon()
 errors = addon("scene.baking.errors")
@@ -289,4 +290,4 @@ class TimeMapping(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    bake_support.run(__name__)
+    support.run(globals())
