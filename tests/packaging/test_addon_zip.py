@@ -19,6 +19,9 @@ import unittest
 import zipfile
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
+import support  # noqa: E402
+
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 BLENDER = os.environ.get("BLENDER", "blender")
@@ -271,4 +274,4 @@ def hidden_libraries():
 
 
 if __name__ == "__main__":
-    unittest.main(verbosity=2)
+    support.run(globals())
