@@ -8,27 +8,20 @@
  * step on SO(3) removes what the adjugate lost to cancellation. A unit quaternion keeps the result orthonormal however
  * bad the input is.
  *
- * All of that is straight-line code over blocks of matrices, which compilers turn into SIMD. Each lane also says
- * whether its result can be trusted; the few that cannot (nearly no unique answer, extreme scales) go through a Jacobi
- * eigenvalue iteration. */
+ * All of that is straight-line code over blocks of matrices, which compilers turn into SIMD; strict C contracts no
+ * products with sums, so that every kind of processor gives the same bits. Each lane also says whether its result can be
+ * trusted; the few that cannot (nearly no unique answer, extreme scales) go through a Jacobi eigenvalue iteration. */
 #include "linalg/rotation.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
+#include "base/simd.h"
+
 /* Selections only become SIMD where a comparison need not raise a floating-point flag. */
 #if defined(__GNUC__) && !defined(__clang__)
 #  pragma GCC optimize("no-trapping-math")
-#endif
-
-/* One version for each kind of processor, chosen when the library is loaded. Strict C contracts nothing, so that all of
- * them give the same bits. */
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__linux__) &&                           \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#  define CLONES __attribute__((target_clones("avx512f", "fma", "default")))
-#else
-#  define CLONES
 #endif
 
 #if defined(__GNUC__)
@@ -175,7 +168,7 @@ INLINE double polish(const double m[9], double q[4], double r[9])
 
 /* Loops over the lanes one after another, because each is a long chain of dependent operations: the processor overlaps
  * the chains of a short loop's turns. */
-CLONES static void fit_block(block *b)
+SIMD_CLONES static void fit_block(block *b)
 {
   for (int k = 0; k < LANES; k++) {
     double scale = 0;
