@@ -9,8 +9,9 @@
  * bad the input is.
  *
  * All of that is straight-line code over blocks of matrices, which compilers turn into SIMD; strict C contracts no
- * products with sums, so that every kind of processor gives the same bits. Each lane also says whether its result can be
- * trusted; the few that cannot (nearly no unique answer, extreme scales) go through a Jacobi eigenvalue iteration. */
+ * products with sums, so that every kind of processor gives the same bits. Each lane also says whether its result can
+ * be trusted; the few that cannot (nearly no unique answer, extreme scales) go through a Jacobi eigenvalue iteration.
+ */
 #include "linalg/rotation.h"
 
 #include <float.h>
@@ -360,15 +361,13 @@ void rotation_fit2(size_t count, const double *matrices, double *rotations)
     double const scale = fmax(fmax(fabs(m[0]), fabs(m[1])), fmax(fabs(m[2]), fabs(m[3])));
     double cosine = 1, sine = 0;
     if (scale > 0 && isfinite(m[0]) && isfinite(m[1]) && isfinite(m[2]) && isfinite(m[3])) {
-      /* Halves keep the sums finite; hypot is safe at every scale. */
-      double const c = 0.5 * m[0] + 0.5 * m[3], s = 0.5 * m[2] - 0.5 * m[1];
+      /* Sums stay finite, and keep their digits; hypot is safe at every scale. */
+      double const factor = scale < SCALE_MIN ? 0x1p300 : 0.25;
+      double const c = factor * m[0] + factor * m[3], s = factor * m[2] - factor * m[1];
       double const length = hypot(c, s);
-      if (length > DEGENERATE_GAP * scale) {
+      if (length > DEGENERATE_GAP * factor * scale) {
         cosine = c / length;
         sine = s / length;
-        double const correction = 1 / sqrt(cosine * cosine + sine * sine); /* where they were subnormal */
-        cosine *= correction;
-        sine *= correction;
       }
     }
     r[0] = cosine;
