@@ -24,21 +24,15 @@ exm_status cholesky_create(const sparse *lower, cholesky **out);
 exm_status cholesky_refactor(cholesky *factor, const sparse *lower);
 
 /**
- * Solve A x = b in place.
+ * Solve A x = b in place. One pass over the factor serves up to sixteen right-hand sides, so solve for several at once.
  *
- * columns  [count][size] right-hand sides in, solutions out; untouched on failure
+ * columns  [count][size] right-hand sides in, solutions out
  *
- * Errors: EXM_ERROR_OUT_OF_MEMORY (the first solve with more columns than before allocates), EXM_ERROR_NUMERIC,
- * EXM_ERROR_INTERNAL.
+ * Errors: EXM_ERROR_NUMERIC (there is no factorisation).
  */
 exm_status cholesky_solve(cholesky *factor, size_t count, double *columns);
 
-/**
- * The same for right-hand sides that lie side by side: one pass over the factor serves up to sixteen of them, which is
- * what a solve spends its time on. From three on this is the faster way.
- *
- * rows  [size][count] right-hand sides in, solutions out; untouched on failure
- */
+/** The same for right-hand sides side by side, which saves a transposition. rows [size][count]. */
 exm_status cholesky_solve_rows(cholesky *factor, size_t count, double *rows);
 
 void cholesky_destroy(cholesky *factor);
