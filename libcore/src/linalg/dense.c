@@ -163,6 +163,10 @@ int dense_cholesky(size_t n, double *A)
   int info = 0;
   /* Row-major lower is column-major upper. */
   dpotrf_("U", &size, A, &size, &info);
+  /* OpenBLAS takes a NaN for a pivot like any other. */
+  for (size_t i = 0; i < n && info == 0; i++) {
+    info = !(A[i * n + i] > 0);
+  }
   return info == 0;
 }
 
