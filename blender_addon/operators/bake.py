@@ -22,6 +22,8 @@ class EXEMPLAR_OT_bake(BakeOptions, ExemplarOperator, bpy.types.Operator):
         "Solve every frame and keep the result so that it plays without this add-on. "
         "Esc cancels and leaves everything as it was"
     )
+    # Without REGISTER: its panel of last options would bake anew at every change of a number.
+    bl_options = {"UNDO"}
 
     @classmethod
     def why_not(cls, context, obj):

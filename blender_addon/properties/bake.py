@@ -9,12 +9,12 @@ import bpy
 FORMATS = (
     (
         "PC2",
-        "Point Cache (.pc2)",
+        "PC2 Cache",
         "A file of positions, played by a Mesh Cache modifier. Exact",
     ),
     (
         "MDD",
-        "Point Cache (.mdd)",
+        "MDD Cache",
         "A file of positions that most packages read, played by a Mesh Cache modifier. Exact",
     ),
     (
@@ -24,7 +24,7 @@ FORMATS = (
     ),
     (
         "WEIGHTS",
-        "Values of Exemplars",
+        "Weights",
         "Keyframes on the values of your own shape keys, for glTF and game engines. "
         "As near as a plain mixture of them comes; how near is reported",
     ),
@@ -60,7 +60,7 @@ class BakeOptions:
         soft_max=10,
     )
     use_modifier: bpy.props.BoolProperty(
-        name="Set Up Modifier",
+        name="Modifier",
         description="Add a Mesh Cache modifier that plays the file, with or without this add-on",
         default=True,
     )
