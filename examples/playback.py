@@ -79,7 +79,7 @@ def draw(obj, character, frames, folder):
         label = f"{frame}: {labels[frame]}" if frame in labels else str(frame)
         dots = dots_of_empties(character.handles, frame)
         strip.add(frames[frame], label, frame in labels, dots)
-    strip.render(folder / f"{character.name}.png", 320, character.title)
+    strip.render(folder / f"{character.name}.png", 360, character.title)
 
     sheet = Strip(look, faces, colours, 10)
     for frame, shape in frames.items():

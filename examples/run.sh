@@ -80,11 +80,30 @@ in_blender() {
     tail -n 30 "$log" >&2
     return 1
   fi
-  grep '^   ' "$log"
+  grep '^   ' "$log" || true
+}
+
+# all_that_matters: a digest of the library, the add-on and the scripts.
+all_that_matters() {
+  (cd "$root" && sha256sum "$EXEMPLAR_LIBRARY" examples/*.py examples/characters/*.py &&
+    find blender_addon -name '*.py' -print0 | sort -z | xargs -0 sha256sum) | sha256sum
 }
 
 character() {
   echo "$1: $2"
+  local stamp=$build/$1.stamp
+  if [[ -e $build/$1_frames.png && -e $stamp && $(head -n 1 "$stamp") == "$(all_that_matters)" ]]; then
+    tail -n +2 "$stamp"
+    echo "   nothing has changed since then; delete $stamp to do it again"
+    return
+  fi
+  rm -f "$stamp"
+  perform "$1" | tee "$build/$1.txt"
+  { all_that_matters && cat "$build/$1.txt"; } >"$stamp"
+  rm "$build/$1.txt"
+}
+
+perform() {
   BLENDER_USER_SCRIPTS=$build/scripts in_blender "$build/$1.log" \
     --addons exemplar --python "$examples/perform.py" -- "$1" "$build"
   in_blender "$build/$1_playback.log" \
@@ -102,7 +121,7 @@ for what in $wanted; do
     c)
       echo "c: a pose between two exemplars, by a C program of a page"
       "$build/library/examples/c/pose" "$build/creature_rest.obj" "$build/creature_howl.obj" \
-        0 -0.5 2.5 2>&1 >"$build/creature_pose.obj" | sed 's/^/   /'
+        0 -0.4 2.03 2>&1 >"$build/creature_pose.obj" | sed 's/^/   /'
       ;;
     *)
       echo "There is no example '$what'" >&2

@@ -293,7 +293,7 @@ def exemplars(positions, quads):
 
 
 TITLE = "A creature and what its seven exemplars make of a few dragged handles"
-LOOK = Look(heading=55.0, height=14.0, centre=(0.0, 0.28, 1.02), width=4.5, aspect=1.28)
+LOOK = Look(heading=-48.0, height=14.0, centre=(0.0, 0.28, 1.01), width=4.4, aspect=1.32)
 KEYS = [
     Key(1, "Basis"),
     Key(7, "Crouch"),

@@ -72,7 +72,7 @@ class Sculpture:
         up = lower * arch * (1.0 - smooth(-z, rim, rim + 0.2)) * smooth(-z, -0.03, 0.05)
         shift = near * (up - down)
         self.moved[:, 2] += shift
-        bulge = np.where(down > up, -0.855, -0.845) + 2.2 * (x**2 + (z + self.moved[:, 2]) ** 2)
+        bulge = np.where(down > up, -0.87, -0.86) + 2.2 * (x**2 + (z + self.moved[:, 2]) ** 2)
         cover = smooth(np.abs(shift), 0.0, 0.06)
         self.moved[:, 1] += cover * np.minimum(bulge - self.rest[:, 1], 0.0)
         return self
@@ -134,6 +134,9 @@ def eyes_of(positions, quads):
 def expressions(positions, normals, is_eye):
     """The Basis and the expressions, by name."""
     rest = with_wider_mouth(positions)
+    rest[:, 1] += (
+        0.04 * is_eye
+    )  # lids go straight from open to shut: on the way they clear the eyes
 
     def clay():
         return Sculpture(rest, is_eye)
@@ -232,7 +235,7 @@ def colours(positions, quads, is_eye):
 
 
 TITLE = "Suzanne and what her seven expressions make of a few dragged handles"
-LOOK = Look(heading=12.0, height=4.0, centre=(0.0, 0.0, -0.14), width=3.0, aspect=1.2)
+LOOK = Look(heading=12.0, height=4.0, centre=(0.0, 0.0, -0.24), width=2.95, aspect=1.1)
 KEYS = [
     Key(1, "Basis"),
     Key(8, "Brows up"),
