@@ -59,6 +59,9 @@ python3-cvxopt: a second opinion on cone programs
 patchelf: the package for Blender
 zip: the package for Blender
 blender: the add-on
+xvfb: a screen for the tests that need a window
+xauth: xvfb-run needs it
+libgl1-mesa-dri: OpenGL without a graphics card
 '
 
 install_packages() {
@@ -183,6 +186,17 @@ python_tests() {
   done
 }
 
+# The zip, installed where nothing of the build is in reach.
+packaging_tests() {
+  wanted packaging/ || return 0
+  local source name
+  for source in tests/packaging/test_*.py; do
+    [ -e "$source" ] || continue
+    name=$(basename "$source" .py)
+    EXEMPLAR_BUILD=$plain program packaging/ "${name#test_}" env -u EXEMPLAR_LIBRARY /usr/bin/python3 "$source"
+  done
+}
+
 blender_tests() {
   wanted blender/ || return 0
   local source name
@@ -209,7 +223,7 @@ tidy() {
 
 c_format() { find libcore tests -name '*.[ch]' -o -name '*.cpp' | xargs clang-format --dry-run -Werror; }
 
-python_files() { git ls-files -co --exclude-standard '*.py'; }
+python_files() { find . -name '*.py' -not -path './build/*'; }
 python_format() { python_files | xargs black --quiet --check --diff; }
 python_lint() { python_files | xargs flake8; }
 
@@ -232,6 +246,7 @@ if build "$plain"; then
   c_tests c/ "$plain"
   python_tests
   wanted install/ && program install/ package tests/install/run.sh "$plain"
+  packaging_tests
   blender_tests
   valgrind_tests
 fi
