@@ -76,10 +76,27 @@ class RigProperties(bpy.types.PropertyGroup):
     )
     iterations: bpy.props.IntProperty(
         name="Iterations",
-        description="At most this many rounds of refinement a solve",
-        default=100,
-        min=1,
-        soft_max=1000,
+        description=(
+            "Rounds of refinement a solve; at most as many, where Tolerance is not 0. "
+            "0: chosen for you"
+        ),
+        default=0,
+        min=0,
+        soft_max=200,
+        override=OVERRIDABLE,
+        update=tag_owner,
+    )
+    tolerance: bpy.props.FloatProperty(
+        name="Tolerance",
+        description=(
+            "Refine until a round moves the pose by no more than this share of the mesh's size. "
+            "0: a fixed number of rounds, which is quickest and gives the smoothest motion"
+        ),
+        default=0.0,
+        min=0.0,
+        soft_max=0.01,
+        precision=6,
+        step=0.001,
         override=OVERRIDABLE,
         update=tag_owner,
     )

@@ -60,6 +60,10 @@ class BindingJob:
             _running.remove(self)
 
 
+def running():
+    return bool(_running)
+
+
 def cancel_all():
     """Before the add-on goes."""
     for job in list(_running):

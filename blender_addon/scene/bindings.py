@@ -125,7 +125,7 @@ def ensure(obj, verify=True):
 
 def _bring_up_to_date(obj, state, stale):
     names = fingerprint.names(obj)
-    fingerprint.check_mesh(obj)
+    fingerprint.check_size(obj)
     gathered = inputs.as_bound(obj, names, fingerprint.edge_groups(obj))
     fingerprint.check(obj, gathered)
     if stale:

@@ -8,7 +8,7 @@ import numpy
 from mathutils import Matrix, Vector
 
 from ..native import Element, ExemplarError, Kind
-from . import meshes
+from . import meshes, rigs
 
 
 def bound_items(obj):
@@ -22,8 +22,23 @@ def label(item):
 
 
 def is_missing(item):
-    """Deleting an empty takes it out of the scenes; our pointer alone keeps it in the file."""
-    return item.empty is None or not item.empty.users_scene
+    """Its empty was deleted."""
+    return item.empty is None or not rigs.is_in_scene(item.empty)
+
+
+def first_missing(obj):
+    """The first bound handle whose empty was deleted; a free one is not missed."""
+    for item in bound_items(obj):
+        if item.bound_kind != Kind.FREE and is_missing(item):
+            return item
+    return None
+
+
+def missing_sentence(item):
+    return (
+        f"The empty of handle '{label(item)}' was deleted. "
+        "Undo that, or remove the handle and press Rebind."
+    )
 
 
 # -------------------------------------------------------------------------------------- vertices
@@ -159,24 +174,17 @@ def targets(obj, depsgraph, centres):
         raise ExemplarError("A handle was removed since Bind. Press Rebind.")
     to_local = inverse_of_world(obj.evaluated_get(depsgraph))
     out = numpy.zeros((len(items), 3, 4))
+    out[:, :, :3] = numpy.identity(3)
+    out[:, :, 3] = centres
     for index, item in enumerate(items):
         if item.bound_kind == Kind.FREE:
-            out[index, :, :3] = numpy.identity(3)
-            out[index, :, 3] = centres[index]
             continue
         if is_missing(item):
-            raise ExemplarError(
-                f"The empty of handle '{label(item)}' was deleted. "
-                "Undo that, or remove the handle and press Rebind.",
-                element=Element.HANDLE,
-                index=index,
-            )
+            raise ExemplarError(missing_sentence(item), element=Element.HANDLE, index=index)
         local = to_local @ item.empty.evaluated_get(depsgraph).matrix_world
-        out[index] = local[:3]
+        out[index, :, 3] = local.translation
         if item.bound_kind == Kind.ORIENTED:
-            out[index, :, :3] = out[index, :, :3] @ _rest_inverse(item, index)
-        else:
-            out[index, :, :3] = numpy.identity(3)
+            out[index, :, :3] = numpy.array(local.to_3x3()) @ _rest_inverse(item, index)
     if not numpy.isfinite(out).all():
         raise ExemplarError("An empty is at a place that is not a number.")
     return out

@@ -66,10 +66,16 @@ def _update_scene(scene, depsgraph, frame_changed):
         bound = rigs.bound_rigs()
         edited = set() if frame_changed or not bound else _edited_meshes(depsgraph)
         for obj in bound:
-            if scene in obj.users_scene:
+            if _is_seen(obj, depsgraph):
                 _update(obj, scene, depsgraph, frame_changed, edited)
     finally:
         _inside.now = False
+
+
+def _is_seen(obj, depsgraph):
+    """Whether the scene of the depsgraph shows the result."""
+    shown = results.shown_object(obj) or obj
+    return shown.evaluated_get(depsgraph).is_evaluated
 
 
 def _edited_meshes(depsgraph):
@@ -238,7 +244,7 @@ def _refine(obj, state, is_still):
     """While the hand may yet move, go on from where the drag is; then show what a render shows."""
     if is_still:
         _settle(obj, state)
-    elif not state.result.report.converged:
+    else:
         changed_at = state.changed_at
         _solve_and_show(obj, state, state.shown, stateless=False)
         state.changed_at = changed_at

@@ -63,7 +63,7 @@ def _result_key(obj):
 
 def _result_object(obj):
     result = obj.exemplar.result_object
-    if result is None or not result.users_scene:
+    if result is None or not rigs.is_in_scene(result):
         raise ExemplarError(f"The separate object {GONE}")
     if len(result.data.vertices) != len(obj.data.vertices):
         raise ExemplarError(
@@ -168,7 +168,7 @@ def _create_key(obj):
 
 def _owns_result_object(obj):
     result = obj.exemplar.result_object
-    if result is None or not result.users_scene:
+    if result is None or not rigs.is_in_scene(result):
         return False
     shared = [rig for rig in rigs.bound_rigs() if rig.exemplar.result_object == result]
     return all(rig == obj or _rank(rig) > _rank(obj) for rig in shared)

@@ -10,12 +10,14 @@ import bpy
 
 _names = []  # (name, library path or None)
 _object_count = -1
+_users_in_scene = {}  # (name, library path or None): how many users it had when it was in a scene
 
 
 def forget():
     """Search again next time."""
     global _object_count
     _object_count = -1
+    _users_in_scene.clear()
 
 
 def all_rigs():
@@ -52,6 +54,21 @@ def rig_of(obj):
 def active_rig(context):
     """The mesh object that the panel and the operators are about."""
     return rig_of(context.view_layer.objects.active)
+
+
+def is_in_scene(obj):
+    """Deleting an object takes it out of the scenes; our pointer alone keeps it in the file.
+
+    Object.users_scene goes through all objects of the file, 12 ms at 20 000. What leaves a
+    collection loses a user, so it is asked again only when their number has changed.
+    """
+    key = (obj.name, obj.library.filepath if obj.library else None)
+    if _users_in_scene.get(key) == obj.users:
+        return True
+    if not obj.users_scene:
+        return False
+    _users_in_scene[key] = obj.users
+    return True
 
 
 def _search():

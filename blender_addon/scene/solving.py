@@ -5,7 +5,7 @@
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy
@@ -86,14 +86,17 @@ def read_settings(rig):
         rotations=rig.rotations,
         descent=int(Descent[rig.descent]),
         iterations=rig.iterations,
+        tolerance=rig.tolerance,
     )
 
 
 def run(obj, state, inputs, stateless):
     """Solve for inputs that were read before; needs neither depsgraph nor scene."""
     targets = numpy.frombuffer(inputs.targets).reshape(-1, 3, 4)
-    start = Start.STATELESS if stateless else Start.WARM
-    settings = AmrapSettings(**{**vars(inputs.settings), "start": int(start)})
+    settings = inputs.settings
+    if not stateless:
+        # A step of a drag: as little as the library takes for one, for the next is on its way.
+        settings = replace(settings, start=int(Start.WARM), iterations=0, tolerance=0.0)
     began = time.perf_counter()
     deformer = state.deformer
     try:

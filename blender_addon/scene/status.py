@@ -84,7 +84,11 @@ def _describe_bound(obj):
         return [Line("PAUSE", f"Paused in {mode}. The mesh follows again when you leave it.")]
     state = bindings.peek(obj)
     lines = []
-    if state is not None and state.problem is not None:
+    missing = handles.first_missing(obj)
+    if missing is not None:
+        # Blender may delete an empty without telling the handlers.
+        lines.append(Line("ERROR", handles.missing_sentence(missing)))
+    elif state is not None and state.problem is not None:
         lines.append(Line("ERROR", str(state.problem)))
     elif not obj.exemplar.live:
         lines.append(Line("PAUSE", "Live is off. The mesh keeps the shape that it has."))
@@ -106,9 +110,9 @@ def _describe_bound(obj):
 def _describe_result(state):
     report = state.result.report
     speed = f"{report.iterations} iterations, {1000 * report.seconds:.1f} ms"
-    if report.converged:
-        return Line("CHECKMARK", f"Following ({speed}).")
-    return Line("CHECKMARK", f"Following, not fully refined ({speed}).")
+    if report.warning:
+        return Line("CHECKMARK", f"Following; Tolerance not reached ({speed}).")
+    return Line("CHECKMARK", f"Following ({speed}).")
 
 
 def pending(obj):
@@ -149,7 +153,3 @@ def problem_vertices(obj):
     for _, vertices in state.warnings if state is not None else ():
         found.update(int(vertex) for vertex in vertices)
     return sorted(found)
-
-
-def missing_handles(obj):
-    return [item for item in obj.exemplar.handles if handles.is_missing(item)]

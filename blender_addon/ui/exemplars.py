@@ -44,19 +44,21 @@ class EXEMPLAR_PT_exemplars(Section, bpy.types.Panel):
         if not exemplars.all_names(obj):
             self.layout.label(text="No shape keys", icon="SHAPEKEY_DATA")
             return
-        self.layout.template_list(
+        row = self.layout.row()
+        row.template_list(
             "EXEMPLAR_UL_exemplars",
             "",
             keys,
             "key_blocks",
             obj,
             "active_shape_key_index",
-            rows=4,
+            rows=3,
             sort_lock=True,
         )
-        row = self.layout.row(align=True)
-        row.operator("exemplar.exemplar_switch_all", text="All").enabled = True
-        row.operator("exemplar.exemplar_switch_all", text="None").enabled = False
+        column = row.column(align=True)
+        for icon, enabled in (("CHECKBOX_HLT", True), ("CHECKBOX_DEHLT", False)):
+            switch = column.operator("exemplar.exemplar_switch_all", text="", icon=icon)
+            switch.enabled = enabled
 
 
 classes = (EXEMPLAR_UL_exemplars, EXEMPLAR_PT_exemplars)

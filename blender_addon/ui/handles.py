@@ -36,13 +36,11 @@ class EXEMPLAR_PT_handles(Section, bpy.types.Panel):
         obj = rigs.active_rig(context)
         rig, layout = obj.exemplar, self.layout
         row = layout.row()
-        row.template_list("EXEMPLAR_UL_handles", "", rig, "handles", rig, "handle_index", rows=4)
+        row.template_list("EXEMPLAR_UL_handles", "", rig, "handles", rig, "handle_index", rows=3)
         column = row.column(align=True)
-        column.operator("exemplar.handle_add", text="", icon="ADD")
         column.operator("exemplar.handle_remove", text="", icon="REMOVE")
-        column.separator()
         column.operator("exemplar.handle_select", text="", icon="RESTRICT_SELECT_OFF")
-        layout.operator("exemplar.handle_add", icon="EMPTY_AXIS")
+        layout.operator("exemplar.handle_add", icon="ADD")
         if 0 <= rig.handle_index < len(rig.handles):
             column = layout.column()
             column.use_property_split = True

@@ -40,6 +40,7 @@ class EXEMPLAR_PT_pose_advanced(Section, bpy.types.Panel):
         layout.use_property_split = True
         layout.use_property_decorate = False
         layout.prop(rig, "iterations")
+        layout.prop(rig, "tolerance")
         layout.prop(rig, "descent")
 
 

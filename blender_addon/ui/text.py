@@ -5,7 +5,7 @@ import blf
 
 FONT = 0
 # What a label with an icon cannot use of the region: margins, icon, scroll bar, in points.
-MARGIN = 62
+MARGIN = 94
 NARROWEST = 60
 
 

@@ -14,7 +14,7 @@ sys.path.insert(0, os.path.dirname(__file__))
 import support  # noqa: E402
 
 SCREENSHOTS = support.ROOT / "build" / "screenshots"
-STEPS = ("open", "bind", "drag", "undo", "edit_mode", "playback", "narrow")
+STEPS = ("open", "bind", "drag", "undo", "edit_mode", "playback", "deleted_empty", "escape")
 
 
 class Window(unittest.TestCase):
@@ -23,9 +23,9 @@ class Window(unittest.TestCase):
         if not shutil.which("xvfb-run"):
             raise unittest.SkipTest("xvfb-run is not installed")
         SCREENSHOTS.mkdir(parents=True, exist_ok=True)
-        command = ["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", bpy.app.binary_path]
+        command = ["xvfb-run", "-a", "-s", "-screen 0 1280x1100x24", bpy.app.binary_path]
         command += ["--factory-startup", "--enable-event-simulate", "--no-window-focus"]
-        command += ["--window-geometry", "0", "0", "1280", "800", "--python"]
+        command += ["--window-geometry", "0", "0", "1280", "1100", "--python"]
         command += [str(Path(__file__).with_name("window_addon.py")), "--", str(SCREENSHOTS)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=300)
         cls.output = done.stdout + done.stderr
