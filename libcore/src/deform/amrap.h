@@ -30,7 +30,6 @@ typedef struct amrap {
   double *c, *Fxc;          /* [constraints][d], [shape_rows][d] */
   double held_energy;       /* 1/2 |F c|^2 */
   double *single_rotations; /* [S][G][d][d], transposed */
-  double *single_u;         /* [rank][S d] */
   double *D;                /* [G][S] */
   /* The solution. */
   double *rotations; /* [G][S][d][d], transposed: those the blend was solved with */
@@ -44,6 +43,7 @@ typedef struct amrap {
   double *fit_image;    /* [G][d][d] */
   double *fit_fallback; /* [G][d][d] */
   anderson single_mixing, mixing;
+  double *carried;                   /* scratch of the reduced operators, [2 carriers + rank][S d] */
   double *single_blend;              /* [shape_rows][S d] */
   double *single_shapes;             /* [shape_rows][S d] */
   double *single_rest;               /* [rest_rows][S d] */
@@ -55,7 +55,9 @@ typedef struct amrap {
   double *global_u;                  /* [rank][S d] */
   double *saved_u, *saved_B, *slope; /* [rank][d], [G][S], [rank][d] */
   unsigned char *wanted;             /* [G][S] */
-  /* The cone program of the current iteration. */
+  /* The cone program of the current iteration; where vertices carry proxies, its columns in those as well. */
+  double *turned_carried, *green_rows, *columns_G;
+  size_t *carried_offsets;
   size_t column_limit; /* unknowns it may have */
   size_t *column_group, *column_shape, *turned_offsets, *block_offsets;
   double *Q, *p, *l, *unknown;
@@ -86,6 +88,9 @@ void amrap_set_targets(amrap *a, const double *c);
 
 /** D of eq. 10: every exemplar on its own brought to the handles by ARAP. */
 void amrap_solve_exemplars(amrap *a, const amrap_options *options, int from_scratch);
+
+/** The pose u [rank][d] of exemplar s's own solution. scratch [shape_rows][d]. */
+void amrap_exemplar_pose(const amrap *a, size_t s, double *scratch, double *u);
 
 /** The blend and pose for the rotations held, eq. 20. B is where the search starts and what it finds. */
 void amrap_solve_blend(amrap *a, const amrap_options *options, const amrap_damping *damping, cone_result *result);

@@ -143,7 +143,7 @@ static void descend_guarded(amrap *a, const amrap_options *options, exm_solve_re
 static void proxies(amrap *a)
 {
   const reduced_mesh *r = &a->reduced;
-  dense_times(r->shape_rows, r->rank, r->dimension, r->Ux, a->u, a->y);
+  reduced_to_shapes(r, r->dimension, a->u, a->carried, a->y);
   dense_axpy(r->shape_rows * r->dimension, 1, a->Fxc, a->y);
 }
 

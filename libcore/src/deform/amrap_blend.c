@@ -9,12 +9,18 @@
 
 /* Gap of the cone program relative to its natural size. */
 static double const CONE_TOLERANCE = 1e-9;
-/* Rounds of adding exemplars to the working set. */
-enum { WORKING_SET_ROUNDS = 4, COLUMNS_PER_GROUP = AMRAP_COLUMNS_PER_GROUP };
+/* Rounds of adding exemplars to the working set; the next iteration goes on where these were not enough, and the gap
+ * that is reported says so. */
+enum { WORKING_SET_ROUNDS = 4, WORKING_SET_ROUNDS_LARGE = 2, COLUMNS_PER_GROUP = AMRAP_COLUMNS_PER_GROUP };
 
 static size_t rows_of(const reduced_mesh *r, size_t g)
 {
   return r->shape_offsets[g + 1] - r->shape_offsets[g];
+}
+
+static size_t carriers_of(const reduced_mesh *r, size_t g)
+{
+  return r->carrier_count ? r->carrier_offsets[g + 1] - r->carrier_offsets[g] : 0;
 }
 
 /** One proxy of exemplar s in group g, turned by its rotation. */
@@ -55,15 +61,17 @@ static size_t choose_columns(amrap *a, const unsigned char *wanted)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const S = r->exemplar_count;
-  size_t count = 0, turned = 0;
+  size_t count = 0, turned = 0, carried = 0;
   for (size_t g = 0; g < r->group_count; g++) {
     a->block_offsets[g] = count;
     for (size_t s = 0; s < S; s++) {
       if (!wanted || wanted[g * S + s]) {
         a->column_group[count] = g;
         a->column_shape[count] = s;
+        a->carried_offsets[count] = carried;
         a->turned_offsets[count++] = turned;
         turned += rows_of(r, g) * r->dimension;
+        carried += carriers_of(r, g) * r->dimension;
       }
     }
   }
@@ -76,10 +84,51 @@ static void turn_columns(amrap *a, size_t count)
   const reduced_mesh *r = &a->reduced;
   for (size_t i = 0; i < count; i++) {
     size_t const g = a->column_group[i];
+    double *turned = a->turned + a->turned_offsets[i];
     for (size_t row = 0; row < rows_of(r, g); row++) {
-      turn(a, r->shape_offsets[g] + row, g, a->column_shape[i], a->turned + a->turned_offsets[i] + row * r->dimension);
+      turn(a, r->shape_offsets[g] + row, g, a->column_shape[i], turned + row * r->dimension);
+    }
+    if (r->carrier_count) {
+      reduced_carry(r, g, r->dimension, turned, a->turned_carried + a->carried_offsets[i]);
     }
   }
+}
+
+/** G Z_i: on the rows from Z_i's own group on, since the rest follows from symmetry; or on the carriers. */
+static void respond(amrap *a, size_t column, int is_first_of_group)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, g = a->column_group[column], first = r->shape_offsets[g];
+  if (r->carrier_count == 0) {
+    dense_times_transposed(rows_of(r, g), r->shape_rows - first, d, r->G + first * r->shape_rows + first, r->shape_rows,
+                           a->turned + a->turned_offsets[column], a->columns_G + first * d);
+    return;
+  }
+  for (size_t k = 0; is_first_of_group && k < carriers_of(r, g); k++) {
+    memcpy(a->green_rows + k * r->carrier_count, r->PP + r->carriers[r->carrier_offsets[g] + k] * r->carrier_count,
+           r->carrier_count * sizeof(double));
+  }
+  dense_times_transposed(carriers_of(r, g), r->carrier_count, d, a->green_rows, r->carrier_count,
+                         a->turned_carried + a->carried_offsets[column], a->columns_G);
+}
+
+/** <Z_j, G Z_i> for the response last computed. */
+static double response_dot(const amrap *a, size_t column)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, g = a->column_group[column];
+  if (r->carrier_count == 0) {
+    return dense_dot(rows_of(r, g) * d, a->turned + a->turned_offsets[column], a->columns_G + r->shape_offsets[g] * d);
+  }
+  const double *carried = a->turned_carried + a->carried_offsets[column];
+  const uint32_t *carriers = r->carriers + r->carrier_offsets[g];
+  double sum = 0;
+  for (size_t k = 0; k < carriers_of(r, g); k++) {
+    for (size_t i = 0; i < d; i++) {
+      sum += carried[k * d + i] * a->columns_G[carriers[k] * d + i];
+    }
+  }
+  return sum;
 }
 
 /** What damping adds to the program's right-hand side and constant: the pose is drawn to (mu u0 - slope) / (1 + mu). */
@@ -98,7 +147,7 @@ static double damp(amrap *a, const amrap_damping *damping)
     constant += (mu * damping->u0[i] / 2 - damping->slope[i]) * damping->u0[i] - drawn * drawn / (2 * (1 + mu));
     a->damped_u[i] = drawn / (1 + mu);
   }
-  dense_times(r->shape_rows, r->rank, d, r->Ux, a->damped_u, a->turned_G);
+  reduced_to_shapes(r, d, a->damped_u, a->carried, a->turned_G);
   dense_axpy(r->shape_rows * d, 1, a->turned_G, a->pull);
   return constant;
 }
@@ -121,15 +170,11 @@ static double assemble_local(amrap *a, const amrap_options *options, const amrap
   for (size_t i = 0; i < count; i++) {
     size_t const g = a->column_group[i], s = a->column_shape[i], first = r->shape_offsets[g];
     const double *turned = a->turned + a->turned_offsets[i];
-    /* G Z_i from the rows of Z_i's own group on: the other half follows from symmetry. */
-    dense_times_transposed(rows_of(r, g), r->shape_rows - first, d, r->G + first * r->shape_rows + first, r->shape_rows,
-                           turned, a->turned_G + first * d);
+    respond(a, i, i == a->block_offsets[g]);
     for (size_t j = a->block_offsets[g]; j < count; j++) {
-      size_t const other = a->column_group[j], length = rows_of(r, other) * d;
-      const double *turned_j = a->turned + a->turned_offsets[j];
-      double value = -dense_dot(length, turned_j, a->turned_G + r->shape_offsets[other] * d) / (1 + damping->mu);
-      if (other == g) {
-        value += dense_dot(length, turned_j, turned);
+      double value = -response_dot(a, j) / (1 + damping->mu);
+      if (a->column_group[j] == g) {
+        value += dense_dot(rows_of(r, g) * d, a->turned + a->turned_offsets[j], turned);
       }
       a->Q[i * count + j] = a->Q[j * count + i] = value;
     }
@@ -163,7 +208,7 @@ static double assemble_global(amrap *a, const amrap_options *options, const amra
       }
     }
   }
-  dense_multiply(1, 0, r->rank, width, r->shape_rows, 1, r->Ux, turned, 0, in_basis);
+  reduced_to_basis(r, width, turned, a->carried, in_basis);
   for (size_t s = 0; s < S; s++) {
     for (size_t i = 0; i < r->shape_rows; i++) {
       const double *row = turned + i * width;
@@ -235,11 +280,11 @@ static void pose(amrap *a, const amrap_damping *damping)
   const reduced_mesh *r = &a->reduced;
   size_t const d = r->dimension;
   amrap_blend_shapes(a);
-  dense_times_transposed(r->shape_rows, r->rank, d, r->Ux, r->rank, a->X, a->u);
+  reduced_to_basis(r, d, a->X, a->carried, a->u);
   for (size_t i = 0; i < r->rank * d && damping->mu > 0; i++) {
     a->u[i] = (a->u[i] + damping->mu * damping->u0[i] - damping->slope[i]) / (1 + damping->mu);
   }
-  dense_times(r->shape_rows, r->rank, d, r->Ux, a->u, a->y);
+  reduced_to_shapes(r, d, a->u, a->carried, a->y);
   dense_axpy(r->shape_rows * d, 1, a->Fxc, a->y);
 }
 
@@ -282,10 +327,12 @@ static size_t extend(amrap *a, const amrap_options *options, const cone_result *
       }
     }
     *gap += mean - lowest;
+    size_t used = 0;
     for (size_t s = 0; s < S; s++) {
       a->wanted[g * S + s] = a->B[g * S + s] > 0;
+      used += a->wanted[g * S + s];
     }
-    if (lowest < within - CONE_TOLERANCE * r->size) {
+    if (lowest < within - CONE_TOLERANCE * r->size && used < COLUMNS_PER_GROUP) {
       a->wanted[g * S + best] = 1;
       added++;
     }
@@ -293,22 +340,40 @@ static size_t extend(amrap *a, const amrap_options *options, const cone_result *
   return added;
 }
 
+/** The exemplars in use and the nearest. A blend of more than there is room for (few ever are at an optimum) gives up
+ * its smallest parts. */
+static void start_working_set(amrap *a, size_t g)
+{
+  size_t const S = a->reduced.exemplar_count;
+  double *B = a->B + g * S;
+  unsigned char *wanted = a->wanted + g * S;
+  size_t nearest = 0;
+  double sum = 0;
+  for (size_t s = 0; s < S; s++) {
+    size_t larger = 0;
+    for (size_t t = 0; t < S; t++) {
+      larger += B[t] > B[s] || (B[t] == B[s] && t < s);
+    }
+    wanted[s] = B[s] > 0 && larger < COLUMNS_PER_GROUP - 1;
+    B[s] = wanted[s] ? B[s] : 0;
+    sum += B[s];
+    nearest = a->D[g * S + s] < a->D[g * S + nearest] ? s : nearest;
+  }
+  for (size_t s = 0; s < S; s++) {
+    B[s] /= sum;
+  }
+  wanted[nearest] = 1;
+}
+
 /** Many unknowns: solve over the exemplars in use and those that would lower the objective, until none would. */
 static void solve_working_set(amrap *a, const amrap_options *options, const amrap_damping *damping, cone_result *result)
 {
   const reduced_mesh *r = &a->reduced;
-  size_t const S = r->exemplar_count;
   for (size_t g = 0; g < r->group_count; g++) {
-    size_t nearest = 0, used = 0;
-    for (size_t s = 0; s < S; s++) {
-      nearest = a->D[g * S + s] < a->D[g * S + nearest] ? s : nearest;
-      /* More than there is room for never are in use at an optimum; a start may have them. */
-      a->wanted[g * S + s] = a->B[g * S + s] > 0 && used < COLUMNS_PER_GROUP - 1;
-      used += a->wanted[g * S + s];
-    }
-    a->wanted[g * S + nearest] = 1;
+    start_working_set(a, g);
   }
-  for (int round = 0; round < WORKING_SET_ROUNDS; round++) {
+  int const rounds = r->carrier_count && options->is_warm ? WORKING_SET_ROUNDS_LARGE : WORKING_SET_ROUNDS;
+  for (int round = 0; round < rounds; round++) {
     solve_local(a, options, damping, a->wanted, result);
     pose(a, damping);
     if (extend(a, options, result, &result->gap) == 0) {

@@ -8,7 +8,7 @@
 #include "linalg/rotation.h"
 
 /* Caps on the local/global iterations of one exemplar. Each costs a few microseconds. */
-enum { CAP_FROM_SCRATCH = 60, CAP_WARM = 10 };
+enum { CAP_FROM_SCRATCH = 60, CAP_WARM = 4 };
 /* Largest change of a matrix that rotations are fitted to that counts as none, relative to the energy of the mesh. */
 static double const MATRIX_TOLERANCE = 1e-7;
 
@@ -110,22 +110,72 @@ static void alternate(amrap *a, size_t s, int cap)
   }
 }
 
-/** Poses of all exemplars' solutions: single_u, and their proxies. */
+/** Turned proxies of exemplar s at row i. */
+static void turn_single(const amrap *a, size_t i, size_t g, size_t s, double *out)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension;
+  const double *rotation = a->single_rotations + (s * r->group_count + g) * d * d;
+  const double *shape = r->shapes + (i * r->exemplar_count + s) * d;
+  for (size_t k = 0; k < d; k++) {
+    out[k] = shape[0] * rotation[k] + shape[1] * rotation[d + k];
+  }
+  for (size_t k = 0; d == 3 && k < 3; k++) {
+    out[k] += shape[2] * rotation[6 + k];
+  }
+}
+
+/** Proxies of all exemplars' solutions, but for what the handles hold. */
 static void solve_poses(amrap *a)
 {
   const reduced_mesh *r = &a->reduced;
-  size_t const d = r->dimension, S = r->exemplar_count, width = S * d;
+  size_t const d = r->dimension, width = r->exemplar_count * d;
   for (size_t g = 0; g < r->group_count; g++) {
     for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
-      for (size_t s = 0; s < S; s++) {
-        dense_times_transposed(d, d, 1, a->single_rotations + (s * r->group_count + g) * d * d, d,
-                               r->shapes + i * width + s * d, a->single_blend + i * width + s * d);
+      for (size_t s = 0; s < r->exemplar_count; s++) {
+        turn_single(a, i, g, s, a->single_blend + i * width + s * d);
       }
     }
   }
-  dense_multiply(1, 0, r->rank, width, r->shape_rows, 1, r->Ux, a->single_blend, 0, a->single_u);
-  dense_multiply(0, 0, r->shape_rows, width, r->rank, 1, r->Ux, a->single_u, 0, a->single_shapes);
-  dense_multiply(0, 0, r->rest_rows, width, r->rank, 1, r->Ur, a->single_u, 0, a->single_rest);
+  reduced_respond(r, width, a->single_blend, a->carried, a->single_shapes, a->single_rest);
+}
+
+void amrap_exemplar_pose(const amrap *a, size_t s, double *scratch, double *u)
+{
+  const reduced_mesh *r = &a->reduced;
+  for (size_t g = 0; g < r->group_count; g++) {
+    for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
+      turn_single(a, i, g, s, scratch + i * r->dimension);
+    }
+  }
+  reduced_to_basis(r, r->dimension, scratch, a->carried, u);
+}
+
+/** One local step for all exemplars at once, from the poses last solved and the handles as they are now. With many
+ *  exemplars a whole alternation each is too much for a frame of a drag; the next frame goes on. */
+static void refit_all(amrap *a)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, S = r->exemplar_count, G = r->group_count;
+  double y[3];
+  memset(a->single_rotations, 0, S * G * d * d * sizeof(double));
+  for (size_t g = 0; g < G; g++) {
+    for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
+      for (size_t s = 0; s < S; s++) {
+        double *matrix = a->single_rotations + (s * G + g) * d * d;
+        const double *shape = r->shapes + (i * S + s) * d;
+        for (size_t k = 0; k < d; k++) {
+          y[k] = a->single_shapes[(i * S + s) * d + k] + a->Fxc[i * d + k];
+        }
+        for (size_t j = 0; j < d; j++) {
+          for (size_t k = 0; k < d; k++) {
+            matrix[j * d + k] += shape[j] * y[k];
+          }
+        }
+      }
+    }
+  }
+  fit(d, S * G, a->single_rotations, a->single_rotations);
 }
 
 /** D_gs = 1/2 |proxies of the pose - turned exemplar|^2 over the group's rows. */
@@ -165,11 +215,15 @@ void amrap_solve_exemplars(amrap *a, const amrap_options *options, int from_scra
   if (!options->has_rotations) {
     identity_rotations(d, r->exemplar_count * r->group_count, a->single_rotations);
   }
-  for (size_t s = 0; s < r->exemplar_count && options->has_rotations; s++) {
+  int const is_large = r->carrier_count > 0;
+  for (size_t s = 0; s < r->exemplar_count && options->has_rotations && (from_scratch || !is_large); s++) {
     if (from_scratch) {
       rigid_start(a, s);
     }
     alternate(a, s, from_scratch ? CAP_FROM_SCRATCH : CAP_WARM);
+  }
+  if (options->has_rotations && !from_scratch && is_large) {
+    refit_all(a);
   }
   solve_poses(a);
   measure(a);

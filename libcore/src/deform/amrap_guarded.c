@@ -111,7 +111,7 @@ void amrap_rotation_slope(amrap *a, double *slope)
       }
     }
   }
-  dense_times_transposed(r->shape_rows, r->rank, d, r->Ux, r->rank, a->turned_G, slope);
+  reduced_to_basis(r, d, a->turned_G, a->carried, slope);
 }
 
 /** The state that a refused step goes back to. */
@@ -129,7 +129,7 @@ static void restore(amrap *a)
   size_t const d = r->dimension;
   memcpy(a->u, a->saved_u, r->rank * d * sizeof(double));
   memcpy(a->B, a->saved_B, r->group_count * r->exemplar_count * sizeof(double));
-  dense_times(r->shape_rows, r->rank, d, r->Ux, a->u, a->y);
+  reduced_to_shapes(r, d, a->u, a->carried, a->y);
   dense_axpy(r->shape_rows * d, 1, a->Fxc, a->y);
   amrap_fit_rotations(a);
   amrap_blend_shapes(a);

@@ -48,16 +48,19 @@ static exm_status single_operators(arena *owner, amrap *a)
   double *shapes = ARENA_NEW(&scratch, double, rows *d);
   double *half = ARENA_NEW(&scratch, double, stacked *rows);
   double *turned = ARENA_NEW(&scratch, double, stacked *rows);
+  double *G = ARENA_NEW(&scratch, double, rows *rows);
+  double *carried = ARENA_NEW(&scratch, double, r->carrier_count *rows);
   a->Gs = ARENA_NEW(owner, double, r->exemplar_count *stacked *stacked);
   a->Fs = ARENA_NEW(owner, double, r->exemplar_count *stacked *bound);
   a->FF = ARENA_NEW(owner, double, bound *bound);
-  if (!shapes || !half || !turned || !a->Gs || !a->Fs || !a->FF) {
+  if (!shapes || !half || !turned || !G || !carried || !a->Gs || !a->Fs || !a->FF) {
     status = status_no_memory("the deformer");
     goto done;
   }
+  reduced_green(r, carried, G);
   for (size_t s = 0; s < r->exemplar_count; s++) {
     exemplar_shapes(r, s, shapes);
-    contract(r, shapes, r->G, rows, half);
+    contract(r, shapes, G, rows, half);
     transpose(stacked, rows, half, turned);
     contract(r, shapes, turned, stacked, a->Gs + s * stacked * stacked);
     contract(r, shapes, r->Fx, bound, a->Fs + s * stacked * bound);
@@ -76,7 +79,7 @@ static exm_status state(arena *owner, amrap *a)
   a->c = ARENA_NEW(owner, double, r->constraint_count *d);
   a->Fxc = ARENA_NEW(owner, double, rows *d);
   a->single_rotations = ARENA_NEW(owner, double, S *G *d *d);
-  a->single_u = ARENA_NEW(owner, double, r->rank *S *d);
+  a->carried = ARENA_NEW(owner, double, (2 * r->carrier_count + r->rank) * S * d);
   a->D = ARENA_NEW(owner, double, G *S);
   a->rotations = ARENA_NEW(owner, double, G *S *d *d);
   a->B = ARENA_NEW(owner, double, G *S);
@@ -99,7 +102,7 @@ static exm_status state(arena *owner, amrap *a)
   a->fit_fallback = ARENA_NEW(owner, double, G *d *d);
   a->mixed_u = ARENA_NEW(owner, double, r->rank *d);
   a->wanted = ARENA_NEW(owner, unsigned char, G *S);
-  if (!a->c || !a->Fxc || !a->single_rotations || !a->single_u || !a->D || !a->rotations || !a->B || !a->u || !a->y ||
+  if (!a->c || !a->Fxc || !a->single_rotations || !a->carried || !a->D || !a->rotations || !a->B || !a->u || !a->y ||
       !a->X || !a->fit || !a->single_blend || !a->single_shapes || !a->single_rest || !a->turned_G || !a->pull ||
       !a->damped_u || !a->global_u || !a->saved_u || !a->slope || !a->saved_B || !a->fit_image || !a->fit_fallback ||
       !a->mixed_u || !a->wanted) {
@@ -109,21 +112,31 @@ static exm_status state(arena *owner, amrap *a)
   return anderson_create(owner, r->rank * d, DEPTH, &a->mixing);
 }
 
+static size_t limit_per_group(const amrap *a)
+{
+  size_t const S = a->reduced.exemplar_count;
+  return S < AMRAP_COLUMNS_PER_GROUP ? S : AMRAP_COLUMNS_PER_GROUP;
+}
+
 static exm_status blend_program(arena *owner, amrap *a)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const S = r->exemplar_count;
-  size_t const local = r->group_count * (S < AMRAP_COLUMNS_PER_GROUP ? S : AMRAP_COLUMNS_PER_GROUP);
+  size_t const local = r->group_count * limit_per_group(a);
   size_t const limit = local > S ? local : S; /* or one global blend */
-  size_t longest = 0, turned = 0;
+  size_t turned = 0, carried = 0, longest = 0;
   for (size_t g = 0; g < r->group_count; g++) {
-    size_t const rows = r->shape_offsets[g + 1] - r->shape_offsets[g];
-    longest = rows > longest ? rows : longest;
-    turned += rows * r->exemplar_count * r->dimension;
+    size_t const carriers = r->carrier_count ? r->carrier_offsets[g + 1] - r->carrier_offsets[g] : 0;
+    turned += (r->shape_offsets[g + 1] - r->shape_offsets[g]) * limit_per_group(a) * r->dimension;
+    carried += carriers * limit_per_group(a) * r->dimension;
+    longest = carriers > longest ? carriers : longest;
   }
-  size_t const bounded = limit * longest * r->dimension;
   a->column_limit = limit;
-  a->turned = ARENA_NEW(owner, double, turned < bounded ? turned : bounded);
+  a->turned = ARENA_NEW(owner, double, turned);
+  a->turned_carried = ARENA_NEW(owner, double, carried);
+  a->carried_offsets = ARENA_NEW(owner, size_t, limit);
+  a->green_rows = ARENA_NEW(owner, double, longest * r->carrier_count);
+  a->columns_G = ARENA_NEW(owner, double, (r->carrier_count ? r->carrier_count : r->shape_rows) * r->dimension);
   a->column_group = ARENA_NEW(owner, size_t, limit);
   a->column_shape = ARENA_NEW(owner, size_t, limit);
   a->turned_offsets = ARENA_NEW(owner, size_t, limit);
@@ -132,8 +145,8 @@ static exm_status blend_program(arena *owner, amrap *a)
   a->p = ARENA_NEW(owner, double, limit);
   a->l = ARENA_NEW(owner, double, limit);
   a->unknown = ARENA_NEW(owner, double, limit);
-  if (!a->turned || !a->column_group || !a->column_shape || !a->turned_offsets || !a->block_offsets || !a->Q || !a->p ||
-      !a->l || !a->unknown) {
+  if (!a->turned || !a->turned_carried || !a->carried_offsets || !a->green_rows || !a->columns_G || !a->column_group ||
+      !a->column_shape || !a->turned_offsets || !a->block_offsets || !a->Q || !a->p || !a->l || !a->unknown) {
     return status_no_memory("the deformer");
   }
   return cone_workspace_create(owner, limit, &a->cone);

@@ -76,14 +76,13 @@ exm_status deformer_exemplar_positions(const exm_deformer *deformer, size_t exem
   size_t const d = r->dimension, S = r->exemplar_count, width = S * d;
   arena scratch = {0};
   double *u = ARENA_NEW(&scratch, double, r->rank *d);
+  double *X = ARENA_NEW(&scratch, double, r->shape_rows *d);
   double *room = ARENA_NEW(&scratch, double, (r->rank + 1 + width) * d);
   double *T = ARENA_NEW(&scratch, double, r->atom_count *d);
   double *affine = ARENA_NEW(&scratch, double, deformer->info.handle_count *(1 + 3 * S) * 3);
-  exm_status status = u && room && T && affine ? EXM_OK : status_no_memory("an exemplar's solution");
+  exm_status status = u && X && room && T && affine ? EXM_OK : status_no_memory("an exemplar's solution");
   if (status == EXM_OK) {
-    for (size_t i = 0; i < r->rank; i++) {
-      memcpy(u + i * d, deformer->solver.single_u + i * width + exemplar * d, d * sizeof(double));
-    }
+    amrap_exemplar_pose(&deformer->solver, exemplar, X, u);
     reduced_coefficients(r, u, deformer->solver.c, room, T);
     dictionary_affine(&deformer->atoms, &deformer->coordinates, T, deformer->heights, room, affine);
     skinning_apply_f64(deformer->skin, affine, positions);

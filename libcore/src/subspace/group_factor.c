@@ -178,17 +178,9 @@ static exm_status factor_by_gradients(arena *owner, arena *scratch, const mesh *
   return EXM_OK;
 }
 
-/** Few vertices: the root of the patch's own Laplacian has fewer rows than there are atoms. */
-static exm_status factor_by_vertices(arena *owner, arena *scratch, const mesh *reference, const patch *area,
-                                     group_factor *out)
+static void patch_laplacian(const mesh *reference, const patch *area, double *laplacian)
 {
   size_t const n = area->vertex_count;
-  double *laplacian = ARENA_NEW(scratch, double, n *n);
-  double *values = ARENA_NEW(scratch, double, n);
-  out->rows = ARENA_NEW(owner, double, n * area->column_count);
-  if (!laplacian || !values || !out->rows) {
-    return status_no_memory("the edge groups");
-  }
   for (size_t t = 0; t < area->triangle_count; t++) {
     const uint32_t *corners = reference->triangles[area->triangles[t]];
     for (int i = 0; i < 3; i++) {
@@ -200,16 +192,32 @@ static exm_status factor_by_vertices(arena *owner, arena *scratch, const mesh *r
       laplacian[b * n + a] -= weight;
     }
   }
+}
+
+/** Few vertices: the root of the patch's own Laplacian has fewer rows than there are atoms. */
+static exm_status factor_by_vertices(arena *owner, arena *scratch, const mesh *reference, const patch *area,
+                                     group_factor *out)
+{
+  size_t const n = area->vertex_count;
+  double *laplacian = ARENA_NEW(scratch, double, n *n);
+  double *values = ARENA_NEW(scratch, double, n);
+  out->rows = ARENA_NEW(owner, double, n * area->column_count);
+  out->root = ARENA_NEW(owner, double, n *n);
+  out->vertices = ARENA_NEW(owner, uint32_t, n);
+  if (!laplacian || !values || !out->rows || !out->root || !out->vertices) {
+    return status_no_memory("the edge groups");
+  }
+  patch_laplacian(reference, area, laplacian);
   TRY(dense_eigen(n, laplacian, values));
   out->row_count = 0;
-  for (size_t i = n; i-- > 0 && values[i] > 1e-13 * values[n - 1];) {
-    double *row = laplacian + i * n;
-    for (size_t k = 0; k < n; k++) {
-      row[k] *= sqrt(values[i]);
-    }
-    dense_times_transposed(n, area->column_count, 1, area->atoms, area->column_count, row,
-                           out->rows + out->row_count++ * area->column_count);
+  for (size_t i = n; i-- > 0 && values[i] > 1e-13 * values[n - 1]; out->row_count++) {
+    double *root = out->root + out->row_count * n;
+    dense_axpy(n, sqrt(values[i]), laplacian + i * n, root);
+    dense_times_transposed(n, area->column_count, 1, area->atoms, area->column_count, root,
+                           out->rows + out->row_count * area->column_count);
   }
+  out->vertex_count = n;
+  memcpy(out->vertices, area->vertices, n * sizeof *out->vertices);
   return EXM_OK;
 }
 

@@ -17,6 +17,10 @@ typedef struct group_factor {
   size_t row_count, column_count;
   size_t *columns; /* [column_count] of the dictionary's atoms, rising */
   double *rows;    /* [row_count][column_count] */
+  /* Where the rows are combinations of few vertices: rows = root x the dictionary there. NULL where they are not. */
+  size_t vertex_count;
+  uint32_t *vertices; /* [vertex_count] of the mesh */
+  double *root;       /* [row_count][vertex_count] */
 } group_factor;
 
 /** labels [V] below group_count; factors [group_count] out, from `owner`. */

@@ -83,7 +83,8 @@ static exm_status eliminate_constraints(arena *owner, const dictionary *d, const
   r->bound_rest = ARENA_NEW(owner, double, rows *kept);
   r->exemplar_targets = ARENA_NEW(owner, double, rows * d->exemplar_count * d->dimension);
   r->is_frame_row = ARENA_NEW(owner, unsigned char, rows);
-  if (!A || !values || !is_bound || !r->is_frame_row || !r->bound || !r->kept || !r->bound_to_c || !r->bound_rest || !r->exemplar_targets) {
+  if (!A || !values || !is_bound || !r->is_frame_row || !r->bound || !r->kept || !r->bound_to_c || !r->bound_rest ||
+      !r->exemplar_targets) {
     status = status_no_memory("the handle constraints");
     goto done;
   }
@@ -225,81 +226,204 @@ static exm_status make_orthogonal(arena *owner, reduced_mesh *r, const double *U
   return EXM_OK;
 }
 
-/** Proxies of one group, E | U | F side by side in E [rows][width] and UF [rows][rank + constraints]. */
-static exm_status turn_group(const reduced_mesh *r, const group_factor *factor, const double *coefficients,
-                             const double *U, const double *F, double *E, double *UF, size_t *shape_rank)
+/** Will vertices carry the proxies? Where every group is a combination of vertices, and those are fewer than its rows.
+ */
+static int has_carriers(const dictionary *d, const group_factor *factors, size_t group_count, size_t rows)
 {
-  size_t const width = r->exemplar_count * r->dimension, rank = r->rank, bound = r->constraint_count;
-  memset(E, 0, factor->row_count * width * sizeof(double));
-  for (size_t i = 0; i < factor->row_count; i++) {
-    for (size_t j = 0; j < factor->column_count; j++) {
-      dense_axpy(width, factor->rows[i * factor->column_count + j], coefficients + factor->columns[j] * width,
-                 E + i * width);
+  for (size_t g = 0; g < group_count; g++) {
+    if (factors[g].row_count > 0 && !factors[g].root) {
+      return 0;
     }
-    memcpy(UF + i * (rank + bound), U + i * rank, rank * sizeof(double));
-    memcpy(UF + i * (rank + bound) + rank, F + i * bound, bound * sizeof(double));
   }
-  return dense_rotate_rows(factor->row_count, width, E, rank + bound, UF, SHAPE_TOLERANCE, shape_rank);
+  return 2 * d->vertex_count < rows;
 }
 
-static void append(const reduced_mesh *r, const double *UF, size_t rows, double *U, double *F)
+/** Proxies of one group: the exemplars' E, and side by side all that turns with them: U | F | A, A where vertices
+ * carry. */
+typedef struct group_rows {
+  size_t count, width, other_width, carriers;
+  double *E, *others;
+} group_rows;
+
+static exm_status gather_group(arena *scratch, const reduced_mesh *r, const group_factor *factor,
+                               const double *coefficients, const double *U, const double *F, group_rows *out)
 {
-  size_t const width = r->rank + r->constraint_count;
-  for (size_t i = 0; i < rows; i++) {
-    memcpy(U + i * r->rank, UF + i * width, r->rank * sizeof(double));
-    memcpy(F + i * r->constraint_count, UF + i * width + r->rank, r->constraint_count * sizeof(double));
+  size_t const width = r->exemplar_count * r->dimension, rank = r->rank, bound = r->constraint_count;
+  size_t const carriers = r->carrier_count ? factor->vertex_count : 0;
+  group_rows rows = {
+      .count = factor->row_count, .width = width, .other_width = rank + bound + carriers, .carriers = carriers};
+  rows.E = ARENA_NEW(scratch, double, rows.count *width);
+  rows.others = ARENA_NEW(scratch, double, rows.count *rows.other_width);
+  if (!rows.E || !rows.others) {
+    return status_no_memory("the reduced operators");
   }
+  for (size_t i = 0; i < rows.count; i++) {
+    double *other = rows.others + i * rows.other_width;
+    for (size_t j = 0; j < factor->column_count; j++) {
+      dense_axpy(width, factor->rows[i * factor->column_count + j], coefficients + factor->columns[j] * width,
+                 rows.E + i * width);
+    }
+    memcpy(other, U + i * rank, rank * sizeof(double));
+    memcpy(other + rank, F + i * bound, bound * sizeof(double));
+    if (carriers) {
+      memcpy(other + rank + bound, factor->root + i * carriers, carriers * sizeof(double));
+    }
+  }
+  *out = rows;
+  return EXM_OK;
+}
+
+/** Copy columns [from, from + width) of rows [first, last). */
+static void take(const group_rows *rows, size_t first, size_t last, size_t from, size_t width, double *out)
+{
+  for (size_t i = first; i < last; i++) {
+    memcpy(out + (i - first) * width, rows->others + i * rows->other_width + from, width * sizeof(double));
+  }
+}
+
+/** Put a turned group in place: its first `rank` rows hold exemplars. */
+static exm_status append_group(arena *owner, const group_factor *factor, const group_rows *rows, size_t shape_rank,
+                               size_t g, reduced_mesh *r)
+{
+  size_t const shape = r->shape_offsets[g], rest = r->rest_offsets[g], bound = r->constraint_count;
+  memcpy(r->shapes + shape * rows->width, rows->E, shape_rank * rows->width * sizeof(double));
+  take(rows, 0, shape_rank, r->rank, bound, r->Fx + shape * bound);
+  take(rows, shape_rank, rows->count, r->rank, bound, r->Fr + rest * bound);
+  r->shape_offsets[g + 1] = shape + shape_rank;
+  r->rest_offsets[g + 1] = rest + rows->count - shape_rank;
+  if (r->carrier_count == 0) {
+    take(rows, 0, shape_rank, 0, r->rank, r->Ux + shape * r->rank);
+    take(rows, shape_rank, rows->count, 0, r->rank, r->Ur + rest * r->rank);
+    return EXM_OK;
+  }
+  size_t const from = r->rank + bound;
+  r->carried_shapes[g] = ARENA_NEW(owner, double, shape_rank * rows->carriers);
+  r->carried_rest[g] = ARENA_NEW(owner, double, (rows->count - shape_rank) * rows->carriers);
+  if (!r->carried_shapes[g] || !r->carried_rest[g]) {
+    return status_no_memory("the reduced operators");
+  }
+  take(rows, 0, shape_rank, from, rows->carriers, r->carried_shapes[g]);
+  take(rows, shape_rank, rows->count, from, rows->carriers, r->carried_rest[g]);
+  if (rows->carriers) {
+    memcpy(r->carriers + r->carrier_offsets[g], factor->vertices, rows->carriers * sizeof *r->carriers);
+  }
+  r->carrier_offsets[g + 1] = r->carrier_offsets[g] + rows->carriers;
+  return EXM_OK;
+}
+
+static exm_status allocate_rows(arena *owner, const group_factor *factors, size_t rows, reduced_mesh *r)
+{
+  size_t const width = r->exemplar_count * r->dimension, bound = r->constraint_count;
+  size_t shape_bound = 0, carriers = 0;
+  for (size_t g = 0; g < r->group_count; g++) {
+    shape_bound += factors[g].row_count < width ? factors[g].row_count : width;
+    carriers += factors[g].vertex_count;
+  }
+  r->shape_offsets = ARENA_NEW(owner, size_t, r->group_count + 1);
+  r->rest_offsets = ARENA_NEW(owner, size_t, r->group_count + 1);
+  r->shapes = ARENA_NEW(owner, double, shape_bound *width);
+  r->Fx = ARENA_NEW(owner, double, shape_bound *bound);
+  r->Fr = ARENA_NEW(owner, double, rows *bound);
+  if (!r->shape_offsets || !r->rest_offsets || !r->shapes || !r->Fx || !r->Fr) {
+    return status_no_memory("the reduced operators");
+  }
+  if (r->carrier_count == 0) {
+    r->Ux = ARENA_NEW(owner, double, shape_bound * r->rank);
+    r->Ur = ARENA_NEW(owner, double, rows * r->rank);
+    return r->Ux && r->Ur ? EXM_OK : status_no_memory("the reduced operators");
+  }
+  r->carrier_offsets = ARENA_NEW(owner, size_t, r->group_count + 1);
+  r->carriers = ARENA_NEW(owner, uint32_t, carriers);
+  r->carried_shapes = ARENA_NEW(owner, double *, r->group_count);
+  r->carried_rest = ARENA_NEW(owner, double *, r->group_count);
+  if (!r->carrier_offsets || !r->carriers || !r->carried_shapes || !r->carried_rest) {
+    return status_no_memory("the reduced operators");
+  }
+  return EXM_OK;
 }
 
 static exm_status turn_groups(arena *owner, const dictionary *d, const group_factor *factors, const double *U,
                               const double *F, size_t rows, reduced_mesh *r)
 {
-  size_t const width = r->exemplar_count * r->dimension, bound = r->constraint_count;
   arena scratch = {0};
-  exm_status status = EXM_OK;
-  size_t shape_bound = 0;
-  for (size_t g = 0; g < r->group_count; g++) {
-    shape_bound += factors[g].row_count < width ? factors[g].row_count : width;
-  }
-  double *coefficients = ARENA_NEW(&scratch, double, d->atom_count *width);
-  r->shape_offsets = ARENA_NEW(owner, size_t, r->group_count + 1);
-  r->rest_offsets = ARENA_NEW(owner, size_t, r->group_count + 1);
-  r->shapes = ARENA_NEW(owner, double, shape_bound *width);
-  r->Ux = ARENA_NEW(owner, double, shape_bound * r->rank);
-  r->Fx = ARENA_NEW(owner, double, shape_bound *bound);
-  r->Ur = ARENA_NEW(owner, double, rows * r->rank);
-  r->Fr = ARENA_NEW(owner, double, rows *bound);
-  if (!coefficients || !r->shape_offsets || !r->rest_offsets || !r->shapes || !r->Ux || !r->Fx || !r->Ur || !r->Fr) {
-    status = status_no_memory("the reduced operators");
+  double *coefficients = ARENA_NEW(&scratch, double, d->atom_count * r->exemplar_count * r->dimension);
+  exm_status status = coefficients ? allocate_rows(owner, factors, rows, r) : status_no_memory("the reduced operators");
+  if (status < 0) {
     goto done;
   }
   dictionary_exemplar_coefficients(d, coefficients);
-  for (size_t g = 0, row = 0; g < r->group_count; row += factors[g++].row_count) {
+  for (size_t g = 0, row = 0; g < r->group_count && status == EXM_OK; row += factors[g++].row_count) {
     arena local = {0};
-    size_t const count = factors[g].row_count;
+    group_rows group = {0};
     size_t shape_rank = 0;
-    double *E = ARENA_NEW(&local, double, count *width);
-    double *UF = ARENA_NEW(&local, double, count *(r->rank + bound));
-    status = E && UF ? turn_group(r, &factors[g], coefficients, U + row * r->rank, F + row * bound, E, UF, &shape_rank)
-                     : status_no_memory("the reduced operators");
+    status =
+        gather_group(&local, r, &factors[g], coefficients, U + row * r->rank, F + row * r->constraint_count, &group);
     if (status == EXM_OK) {
-      size_t const shape = r->shape_offsets[g], rest = r->rest_offsets[g];
-      memcpy(r->shapes + shape * width, E, shape_rank * width * sizeof(double));
-      append(r, UF, shape_rank, r->Ux + shape * r->rank, r->Fx + shape * bound);
-      append(r, UF + shape_rank * (r->rank + bound), count - shape_rank, r->Ur + rest * r->rank, r->Fr + rest * bound);
-      r->shape_offsets[g + 1] = shape + shape_rank;
-      r->rest_offsets[g + 1] = rest + count - shape_rank;
+      status = dense_rotate_rows(group.count, group.width, group.E, group.other_width, group.others, SHAPE_TOLERANCE,
+                                 &shape_rank);
+    }
+    if (status == EXM_OK) {
+      status = append_group(owner, &factors[g], &group, shape_rank, g, r);
     }
     arena_release(&local);
-    if (status < 0) {
-      goto done;
-    }
   }
   r->shape_rows = r->shape_offsets[r->group_count];
   r->rest_rows = r->rest_offsets[r->group_count];
 done:
   arena_release(&scratch);
   return status;
+}
+
+/** Positions of the vertices by the free coefficients, P, from the dictionary with the constraints eliminated. */
+static exm_status carry(arena *owner, const dictionary *d, reduced_mesh *r)
+{
+  size_t const kept = r->atom_count - r->constraint_count, bound = r->constraint_count, n = r->carrier_count;
+  arena scratch = {0};
+  exm_status status = EXM_OK;
+  double *at_kept = ARENA_NEW(&scratch, double, n *kept);
+  double *at_bound = ARENA_NEW(&scratch, double, n *bound);
+  double *atoms = ARENA_NEW(&scratch, double, r->atom_count);
+  r->P = ARENA_NEW(owner, double, n * r->rank);
+  r->PP = ARENA_NEW(owner, double, n *n);
+  if (!at_kept || !at_bound || !atoms || !r->P || !r->PP) {
+    status = status_no_memory("the reduced operators");
+    goto done;
+  }
+  for (size_t v = 0; v < n; v++) {
+    memset(atoms, 0, r->atom_count * sizeof(double));
+    for (size_t k = d->weight_offsets[v]; k < d->weight_offsets[v + 1]; k++) {
+      size_t const h = d->weight_handles[k];
+      dictionary_atoms(d, h, v, d->weight_values[k], atoms + d->atom_offsets[h]);
+    }
+    for (size_t j = 0; j < kept; j++) {
+      at_kept[v * kept + j] = atoms[r->kept[j]];
+    }
+    for (size_t j = 0; j < bound; j++) {
+      at_bound[v * bound + j] = atoms[r->bound[j]];
+    }
+  }
+  dense_multiply(0, 0, n, kept, bound, -1, at_bound, r->bound_rest, 1, at_kept);
+  dense_multiply(0, 0, n, r->rank, kept, 1, at_kept, r->basis, 0, r->P);
+  dense_multiply(0, 1, n, n, r->rank, 1, r->P, r->P, 0, r->PP);
+done:
+  arena_release(&scratch);
+  return status;
+}
+
+/** What solves multiply with: G, or P and P P'. */
+static exm_status finish(arena *owner, const dictionary *d, reduced_mesh *r)
+{
+  size_t const width = r->exemplar_count * r->dimension;
+  r->size = sqrt(dense_dot(r->shape_rows * width, r->shapes, r->shapes) / (double)r->exemplar_count);
+  if (r->carrier_count > 0) {
+    return carry(owner, d, r);
+  }
+  r->G = ARENA_NEW(owner, double, r->shape_rows * r->shape_rows);
+  if (!r->G) {
+    return status_no_memory("the reduced operators");
+  }
+  dense_multiply(0, 1, r->shape_rows, r->shape_rows, r->rank, 1, r->Ux, r->Ux, 0, r->G);
+  return EXM_OK;
 }
 
 exm_status reduced_create(arena *owner, const dictionary *d, const constraints *c, const group_factor *factors,
@@ -317,6 +441,7 @@ exm_status reduced_create(arena *owner, const dictionary *d, const constraints *
   for (size_t g = 0; g < group_count; g++) {
     rows += factors[g].row_count;
   }
+  r.carrier_count = has_carriers(d, factors, group_count, rows) ? d->vertex_count : 0;
   double *stack = stack_factors(&scratch, factors, group_count, d->atom_count, rows);
   if (!stack) {
     status = status_no_memory("the reduced operators");
@@ -327,40 +452,11 @@ exm_status reduced_create(arena *owner, const dictionary *d, const constraints *
       (status = progress_report(report, 0.2, "reducing the mesh")) < 0 ||
       (status = orthonormal_basis(owner, &r, U, rows)) < 0 || (status = make_orthogonal(owner, &r, U, F, rows)) < 0 ||
       (status = progress_report(report, 0.7, "reducing the mesh")) < 0 ||
-      (status = turn_groups(owner, d, factors, U, F, rows, &r)) < 0) {
+      (status = turn_groups(owner, d, factors, U, F, rows, &r)) < 0 || (status = finish(owner, d, &r)) < 0) {
     goto done;
   }
-  r.G = ARENA_NEW(owner, double, r.shape_rows *r.shape_rows);
-  if (!r.G) {
-    status = status_no_memory("the reduced operators");
-    goto done;
-  }
-  dense_multiply(0, 1, r.shape_rows, r.shape_rows, r.rank, 1, r.Ux, r.Ux, 0, r.G);
-  size_t const width = r.exemplar_count * r.dimension;
-  r.size = sqrt(dense_dot(r.shape_rows * width, r.shapes, r.shapes) / (double)r.exemplar_count);
   *out = r;
 done:
   arena_release(&scratch);
   return status;
-}
-
-void reduced_coefficients(const reduced_mesh *r, const double *u, const double *c, double *scratch, double *T)
-{
-  size_t const d = r->dimension, kept = r->atom_count - r->constraint_count, bound = r->constraint_count;
-  /* scratch = u - shift c */
-  dense_times(r->rank, bound, d, r->shift, c, scratch);
-  for (size_t i = 0; i < r->rank * d; i++) {
-    scratch[i] = u[i] - scratch[i];
-  }
-  for (size_t j = 0; j < kept; j++) {
-    dense_times(1, r->rank, d, r->basis + j * r->rank, scratch, T + r->kept[j] * d);
-  }
-  for (size_t i = 0; i < bound; i++) {
-    double value[3] = {0};
-    dense_times(1, bound, d, r->bound_to_c + i * bound, c, value);
-    for (size_t j = 0; j < kept; j++) {
-      dense_axpy(d, -r->bound_rest[i * kept + j], T + r->kept[j] * d, value);
-    }
-    memcpy(T + r->bound[i] * d, value, d * sizeof(double));
-  }
 }

@@ -20,19 +20,26 @@
 
 typedef struct reduced_mesh {
   size_t dimension, group_count, exemplar_count;
-  size_t rank;              /* free coefficients a dimension */
-  size_t constraint_count;  /* rows of c */
-  size_t shape_rows;        /* proxies that the exemplars live in */
-  size_t rest_rows;         /* the others */
-  size_t *shape_offsets;    /* [G + 1] rows of each group */
-  size_t *rest_offsets;     /* [G + 1] */
-  double *shapes;           /* [shape_rows][S d] the exemplars' proxies, side by side */
-  double *Ux, *Fx;          /* [shape_rows][rank], [shape_rows][constraint_count] */
-  double *Ur, *Fr;          /* [rest_rows][rank], [rest_rows][constraint_count] */
-  double *G;                /* [shape_rows][shape_rows] */
-  double *exemplar_targets; /* [constraint_count][S d] c of the exemplars' own handles */
+  size_t rank;                 /* free coefficients a dimension */
+  size_t constraint_count;     /* rows of c */
+  size_t shape_rows;           /* proxies that the exemplars live in */
+  size_t rest_rows;            /* the others */
+  size_t *shape_offsets;       /* [G + 1] rows of each group */
+  size_t *rest_offsets;        /* [G + 1] */
+  double *shapes;              /* [shape_rows][S d] the exemplars' proxies, side by side */
+  double *Ux, *Fx;             /* [shape_rows][rank], [shape_rows][constraint_count]; Ux NULL with carriers */
+  double *Ur, *Fr;             /* [rest_rows][rank], [rest_rows][constraint_count]; Ur NULL with carriers */
+  double *G;                   /* [shape_rows][shape_rows]; NULL with carriers */
+  size_t carrier_count;        /* 0: none */
+  size_t *carrier_offsets;     /* [G + 1] */
+  uint32_t *carriers;          /* vertices of each group */
+  double **carried_shapes;     /* [G] A_g for its shape rows, [rows of g][carriers of g] */
+  double **carried_rest;       /* [G] and for the rest */
+  double *P;                   /* [carrier_count][rank] */
+  double *PP;                  /* [carrier_count][carrier_count] */
+  double *exemplar_targets;    /* [constraint_count][S d] c of the exemplars' own handles */
   unsigned char *is_frame_row; /* [constraint_count] 0 for rows that are positions */
-  double size;              /* root of the energy of the exemplars' proxies: what "small" is relative to */
+  double size;                 /* root of the energy of the exemplars' proxies: what "small" is relative to */
   /* T = basis (u - shift c) on the atoms `kept`; on the atoms `bound`, one a constraint, follow c - rest T_kept. */
   size_t atom_count;
   size_t *kept, *bound;
@@ -44,6 +51,23 @@ typedef struct reduced_mesh {
 
 exm_status reduced_create(arena *owner, const dictionary *d, const constraints *c, const group_factor *factors,
                           size_t group_count, const progress *report, reduced_mesh *out);
+
+/** u [rank][width] = Ux' X for X [shape_rows][width]. scratch [carrier_count][width]. */
+void reduced_to_basis(const reduced_mesh *r, size_t width, const double *X, double *scratch, double *u);
+
+/** y [shape_rows][width] = Ux u. scratch [carrier_count][width]. */
+void reduced_to_shapes(const reduced_mesh *r, size_t width, const double *u, double *scratch, double *y);
+
+/** shapes [shape_rows][width] = Ux Ux' X and rest [rest_rows][width] = Ur Ux' X. scratch [2 carrier_count +
+ * rank][width]. */
+void reduced_respond(const reduced_mesh *r, size_t width, const double *X, double *scratch, double *shapes,
+                     double *rest);
+
+/** G [shape_rows][shape_rows], with carriers or without. scratch [carrier_count][shape_rows]. */
+void reduced_green(const reduced_mesh *r, double *scratch, double *G);
+
+/** Scatter one group's proxies x [rows of g][width] to its carriers, out [carriers of g][width] = A_g' x. */
+void reduced_carry(const reduced_mesh *r, size_t group, size_t width, const double *x, double *out);
 
 /** Coefficients [atom_count][d] of the pose u [rank][d] under the constraints c [constraint_count][d]. scratch: as many
  *  doubles as rank d. */
