@@ -57,7 +57,6 @@ python3: tests without Blender
 python3-numpy: tests without Blender
 python3-cvxopt: a second opinion on cone programs
 patchelf: the package for Blender
-zip: the package for Blender
 blender: the add-on
 xvfb: a screen for the tests that need a window
 xauth: xvfb-run needs it
