@@ -131,6 +131,11 @@ static double response_dot(const amrap *a, size_t column)
   return sum;
 }
 
+static int is_damped(const amrap_damping *damping)
+{
+  return damping->mu > 0 && damping->u0 && damping->B0 && damping->slope;
+}
+
 /** What damping adds to the program's right-hand side and constant: the pose is drawn to (mu u0 - slope) / (1 + mu). */
 static double damp(amrap *a, const amrap_damping *damping)
 {
@@ -139,7 +144,7 @@ static double damp(amrap *a, const amrap_damping *damping)
   double const mu = damping->mu;
   double constant = a->held_energy;
   memcpy(a->pull, a->Fxc, r->shape_rows * d * sizeof(double));
-  if (mu == 0) {
+  if (!is_damped(damping)) {
     return constant;
   }
   for (size_t i = 0; i < r->rank * d; i++) {
@@ -181,7 +186,7 @@ static double assemble_local(amrap *a, const amrap_options *options, const amrap
     a->p[i] = dense_dot(rows_of(r, g) * d, turned, a->pull + first * d);
     a->l[i] = options->lambda * sqrt(a->D[g * S + s]);
   }
-  for (size_t i = 0; i < count && damping->mu > 0; i++) {
+  for (size_t i = 0; i < count && is_damped(damping); i++) {
     size_t const g = a->column_group[i];
     const double *turned = a->turned + a->turned_offsets[i];
     constant += damp_unknown(damping, dense_dot(rows_of(r, g) * d, turned, turned),
@@ -226,7 +231,7 @@ static double assemble_global(amrap *a, const amrap_options *options, const amra
     for (size_t t = 0; t < s; t++) {
       a->Q[t * S + s] = a->Q[s * S + t];
     }
-    if (damping->mu > 0) {
+    if (is_damped(damping)) {
       constant += damp_unknown(damping, own, damping->B0[s], &a->Q[s * S + s], &a->p[s]);
     }
   }
@@ -281,7 +286,7 @@ static void pose(amrap *a, const amrap_damping *damping)
   size_t const d = r->dimension;
   amrap_blend_shapes(a);
   reduced_to_basis(r, d, a->X, a->carried, a->u);
-  for (size_t i = 0; i < r->rank * d && damping->mu > 0; i++) {
+  for (size_t i = 0; i < r->rank * d && is_damped(damping); i++) {
     a->u[i] = (a->u[i] + damping->mu * damping->u0[i] - damping->slope[i]) / (1 + damping->mu);
   }
   reduced_to_shapes(r, d, a->u, a->carried, a->y);

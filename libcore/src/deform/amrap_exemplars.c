@@ -151,31 +151,33 @@ void amrap_exemplar_pose(const amrap *a, size_t s, double *scratch, double *u)
   reduced_to_basis(r, r->dimension, scratch, a->carried, u);
 }
 
+/** Add one proxy's part to the matrix that exemplar s's rotation in its group is fitted to: shape' y. */
+static void add_to_fit(const amrap *a, size_t row, size_t s, double *matrix)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, at = (row * r->exemplar_count + s) * d;
+  for (size_t j = 0; j < d; j++) {
+    for (size_t k = 0; k < d; k++) {
+      matrix[j * d + k] += r->shapes[at + j] * (a->single_shapes[at + k] + a->Fxc[row * d + k]);
+    }
+  }
+}
+
 /** One local step for all exemplars at once, from the poses last solved and the handles as they are now. With many
  *  exemplars a whole alternation each is too much for a frame of a drag; the next frame goes on. */
 static void refit_all(amrap *a)
 {
   const reduced_mesh *r = &a->reduced;
-  size_t const d = r->dimension, S = r->exemplar_count, G = r->group_count;
-  double y[3];
-  memset(a->single_rotations, 0, S * G * d * d * sizeof(double));
+  size_t const S = r->exemplar_count, G = r->group_count, square = r->dimension * r->dimension;
+  memset(a->single_rotations, 0, S * G * square * sizeof(double));
   for (size_t g = 0; g < G; g++) {
     for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
       for (size_t s = 0; s < S; s++) {
-        double *matrix = a->single_rotations + (s * G + g) * d * d;
-        const double *shape = r->shapes + (i * S + s) * d;
-        for (size_t k = 0; k < d; k++) {
-          y[k] = a->single_shapes[(i * S + s) * d + k] + a->Fxc[i * d + k];
-        }
-        for (size_t j = 0; j < d; j++) {
-          for (size_t k = 0; k < d; k++) {
-            matrix[j * d + k] += shape[j] * y[k];
-          }
-        }
+        add_to_fit(a, i, s, a->single_rotations + (s * G + g) * square);
       }
     }
   }
-  fit(d, S * G, a->single_rotations, a->single_rotations);
+  fit(r->dimension, S * G, a->single_rotations, a->single_rotations);
 }
 
 /** D_gs = 1/2 |proxies of the pose - turned exemplar|^2 over the group's rows. */

@@ -51,7 +51,7 @@ static void multiply_transposed(size_t d, const double *A, const double *B, doub
  *  P = R'F and dR = R [w], the skew part of R'dF is (tr(P) I - P) w. */
 static int rotation_adjoint(size_t d, const double *R, const double *F, const double *gamma, double *out)
 {
-  double P[9], N[9], skew[9] = {0};
+  double P[9] = {0}, N[9] = {0}, skew[9] = {0};
   multiply_transposed(d, R, F, P);
   multiply_transposed(d, R, gamma, N);
   if (d == 2) {

@@ -88,7 +88,7 @@ static exm_status add_row(arena *owner, constraints *c, constraint_row row, cons
 static exm_status frame_rows(arena *owner, const mesh *reference, const space *s, size_t handle, support *area,
                              constraints *c)
 {
-  double mean[3], axes[3][3], values[3], x[3];
+  double mean[3] = {0}, axes[3][3] = {{0}}, values[3] = {0}, x[3] = {0};
   TRY(moments(reference, s, area, mean, axes, values));
   for (int ring = 0; ring < RINGS_MAXIMUM && spanned(s->dimension, values) < 2; ring++) {
     grow(reference, area);

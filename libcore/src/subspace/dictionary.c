@@ -215,29 +215,33 @@ static void uncentred(const dictionary *d, size_t handle, const double *coeffici
   }
 }
 
+/** One exemplar's linear map, from [dimension][dimension] in the space to rows of the caller's: axes' from axes. */
+static void map_to_caller(const space *s, const double *from, double (*out)[3])
+{
+  size_t const n = s->dimension;
+  memset(out, 0, 3 * sizeof *out);
+  for (size_t j = 0; j < n; j++) {
+    for (size_t i = 0; i < n; i++) {
+      for (size_t a = 0; a < 3; a++) {
+        dense_axpy(3, s->axes[j][a] * from[j * n + i], s->axes[i], out[a]);
+      }
+    }
+  }
+}
+
 /** Coefficients of one handle in the caller's space: positions there are p = origin + unit * axes' x. */
 static void to_caller(const dictionary *d, const space *s, const double *from, double height, double (*out)[3])
 {
   size_t const n = d->dimension;
   space_to_point(s, from, out[0]);
-  for (int k = 0; k < 3; k++) {
-    out[0][k] += height * s->unit * (n == 2 ? s->axes[2][k] : 0);
+  if (n == 2) {
+    dense_axpy(3, height * s->unit, s->axes[2], out[0]);
   }
   for (size_t e = 0; e < d->exemplar_count; e++) {
-    for (int a = 0; a < 3; a++) {
-      double *row = out[1 + 3 * e + (size_t)a];
-      memset(row, 0, 3 * sizeof(double));
-      for (size_t j = 0; j < n; j++) {
-        const double *image = from + (1 + e * n + j) * n;
-        for (size_t i = 0; i < n; i++) {
-          for (int k = 0; k < 3; k++) {
-            row[k] += s->axes[j][a] * image[i] * s->axes[i][k];
-          }
-        }
-      }
-      for (int k = 0; k < 3; k++) {
-        out[0][k] -= s->origin[a] * row[k];
-      }
+    double(*rows)[3] = out + 1 + 3 * e;
+    map_to_caller(s, from + (1 + e * n) * n, rows);
+    for (size_t a = 0; a < 3; a++) {
+      dense_axpy(3, -s->origin[a], rows[a], out[0]);
     }
   }
 }

@@ -30,7 +30,7 @@ static exm_status principal_axes(const mesh *reference, const double origin[3], 
     }
   }
   TRY(dense_eigen(3, covariance, values));
-  for (int i = 0; i < 3; i++) {
+  for (size_t i = 0; i < 3; i++) {
     memcpy(axes[i], covariance + (2 - i) * 3, 3 * sizeof(double));
   }
   return EXM_OK;
