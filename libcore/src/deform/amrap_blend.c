@@ -142,14 +142,15 @@ static double damp(amrap *a, const amrap_damping *damping)
   const reduced_mesh *r = &a->reduced;
   size_t const d = r->dimension;
   double const mu = damping->mu;
+  const double *u0 = damping->u0, *slope = damping->slope;
   double constant = a->held_energy;
   memcpy(a->pull, a->Fxc, r->shape_rows * d * sizeof(double));
-  if (!is_damped(damping)) {
+  if (mu == 0 || !u0 || !slope) {
     return constant;
   }
   for (size_t i = 0; i < r->rank * d; i++) {
-    double const drawn = mu * damping->u0[i] - damping->slope[i];
-    constant += (mu * damping->u0[i] / 2 - damping->slope[i]) * damping->u0[i] - drawn * drawn / (2 * (1 + mu));
+    double const drawn = mu * u0[i] - slope[i];
+    constant += (mu * u0[i] / 2 - slope[i]) * u0[i] - drawn * drawn / (2 * (1 + mu));
     a->damped_u[i] = drawn / (1 + mu);
   }
   reduced_to_shapes(r, d, a->damped_u, a->carried, a->turned_G);
