@@ -11,7 +11,7 @@ not, but those of the system below.
 - The C library and the loader must be the system's; nothing else works.
 - libstdc++ and libgcc_s are left to the system on purpose: graphics drivers load them too, and an
   older copy of ours, loaded first under the same name, would keep a newer driver from loading. What
-  we need of them (GCC 11) is older than the C library we need (2.36), so it is always there.
+  we need of them (GCC 11) is older than the C library we need (2.35), so it is always there.
 
 Each bundled library gets a name of its own (libmetis-exemplar.so.5): the loader takes a library it
 already has under the same name, and another add-on's may be older, or built otherwise. OpenBLAS

@@ -80,6 +80,18 @@ class CommandLine(unittest.TestCase):
             np.testing.assert_allclose(sample, expected, atol=1e-6)
         self.assertIn(f"Frame {LAST} ({LAST} of {LAST})", out)
 
+    def test_hidden_handles_move_all_the_same(self):
+        """What keeps them moving names a property that Blender does not know when it loads the
+        file, for nobody has enabled the add-on."""
+        hidden = self.folder / "hidden.blend"
+        bpy.ops.wm.open_mainfile(filepath=str(self.blend))
+        for item in bpy.data.objects["Bar"].exemplar.handles:
+            item.empty.hide_viewport = item.empty.hide_render = True
+        bpy.ops.wm.save_as_mainfile(filepath=str(hidden))
+        self.bake("--frames", FRAMES, "--out", self.out, blend=hidden)
+        for sample, expected in zip(pc2.read(self.out)[1], self.expected.values()):
+            np.testing.assert_allclose(sample, expected, atol=1e-6)
+
     def test_scene_range_and_format_from_the_ending(self):
         out = self.out.with_suffix(".mdd")
         text = self.bake("--out", out, "--quiet")
