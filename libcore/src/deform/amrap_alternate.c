@@ -80,7 +80,7 @@ void amrap_blend_average(const amrap *a, double *average)
 
 /** Begin at the exemplar closest to the handles, turned as its own solution is. The rotations of every exemplar are
  * those of its own solution, which depend on the handles continuously; the program that follows is convex. */
-static void start_from_exemplars(amrap *a)
+static void start_from_exemplars(amrap *a, double lambda)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const d = r->dimension, S = r->exemplar_count, G = r->group_count;
@@ -92,7 +92,8 @@ static void start_from_exemplars(amrap *a)
       distance += a->D[g * S + s];
       memcpy(a->rotations + (g * S + s) * d * d, a->single_rotations + (s * G + g) * d * d, d * d * sizeof(double));
     }
-    if (distance < least) {
+    /* Without lambda many blends are equally good; those found from one exemplar vary with the handles continuously. */
+    if (distance < least && lambda > 0) {
       least = distance;
       closest = s;
     }
@@ -190,7 +191,7 @@ exm_status amrap_alternate(amrap *a, const amrap_options *options, exm_solve_rep
   int const is_warm = options->is_warm && a->has_solution;
   amrap_solve_exemplars(a, options, !is_warm);
   if (!is_warm || !options->has_rotations) {
-    start_from_exemplars(a);
+    start_from_exemplars(a, options->lambda);
   } else {
     amrap_fit_rotations(a);
   }
