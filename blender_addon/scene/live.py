@@ -195,8 +195,8 @@ def _report(state, problem):
 
 
 def redraw_panels():
-    if bpy.app.background:
-        return
+    if not is_interactive():
+        return  # a render has a thread of its own, and windows are not for it
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

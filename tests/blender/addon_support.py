@@ -13,7 +13,7 @@ import bpy
 import numpy
 from mathutils import Matrix
 
-from support import ROOT, run
+from support import ROOT, data, run
 
 sys.path.insert(0, str(ROOT))
 
@@ -23,7 +23,7 @@ blender_addon.register()
 
 from blender_addon.scene import bindings, results, solving, versions  # noqa: E402
 
-__all__ = ["ROOT", "run"]  # for the tests to find in one place
+__all__ = ["ROOT", "data", "run"]  # for the tests to find in one place
 
 RINGS, CORNERS, HEIGHT = 13, 8, 2.4
 LEVELS = {"Bottom": 0, "Middle": 6, "Top": 12}
@@ -188,3 +188,20 @@ def artists_keys(obj):
     return {
         k.name: key(obj, k.name).tobytes() for k in obj.data.shape_keys.key_blocks if k.name != mine
     }
+
+
+def small_render(scene):
+    """Quick, and the same each time."""
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    light = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    for obj in (camera, light):
+        scene.collection.objects.link(obj)
+    camera.matrix_world = Matrix.Translation((0.5, -8, 1.2)) @ Matrix.Rotation(1.5708, 4, "X")
+    light.rotation_euler.x = 1.0
+    scene.camera = camera
+    scene.world = bpy.data.worlds.new("World")
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples = 1
+    scene.cycles.use_denoising = False
+    scene.render.resolution_x = scene.render.resolution_y = 48
+    scene.render.image_settings.file_format = "PNG"

@@ -554,8 +554,21 @@ class BadInput(SceneCase):
             support.add_handle(bar, level(where))
         self.warns(bar, "non-manifold")
 
-    def test_linked_keys_of_two_shapes_only(self):
-        """Basis and one key are enough."""
+    def test_camel(self):
+        """A real mesh with a hard life."""
+        camel = numpy.load(support.data("camel.npz"))
+        poses = {f"Pose {index}": (lambda _, p=p: p) for index, p in enumerate(camel["poses"][1:3])}
+        obj = support.make_mesh("Camel", camel["poses"][0], camel["faces"].tolist(), poses)
+        far = numpy.argsort(camel["poses"][0][:, 1])
+        for vertices in (far[:5], far[-5:]):
+            support.add_handle(obj, vertices)
+        self.warns(obj, "non-manifold")
+        bpy.ops.exemplar.pose_to_exemplar(name="Pose 1")
+        support.update()
+        self.assertEqual(support.problem(obj), "")
+        self.assertTrue(numpy.isfinite(support.visible(obj)).all())
+
+    def test_two_exemplars_are_enough(self):
         bar, _ = support.make_rig(poses={"Bend": support.pose_bend})
         self.assertEqual(bindings.state_of(bar).deformer.info.exemplar_count, 2)
 

@@ -291,7 +291,7 @@ class Stateless(SceneCase):
         for frame in (3, 7):
             self.at(frame)
             expected[frame] = support.key(self.bar, "Exemplar Result")
-        self._small_render()
+        support.small_render(self.scene)
         self.scene.frame_start, self.scene.frame_end, self.scene.frame_step = 3, 7, 4
         for empty in self.empties:
             empty.hide_render = True
@@ -306,34 +306,25 @@ class Stateless(SceneCase):
 
     def test_rendered_picture_is_not_late(self):
         """A picture of frame 9 differs from one of frame 1, and not from one made by itself."""
-        self._small_render()
-        together = self._pictures((1, 9), lambda: None)
+        support.small_render(self.scene)
+        together = self._pictures((1, 9))
         self.at(1)
-        alone = self._pictures((9,), lambda: None)
+        alone = self._pictures((9,))
         self.assertTrue(numpy.array_equal(together[9], alone[9]))
         self.assertFalse(numpy.array_equal(together[9], together[1]))
 
-    def _small_render(self):
-        camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-        self.scene.collection.objects.link(camera)
-        camera.matrix_world = Matrix.Translation((0.5, -8, 1.2)) @ Matrix.Rotation(
-            numpy.pi / 2, 4, "X"
-        )
-        self.scene.camera = camera
-        render = self.scene.render
-        render.engine = "CYCLES"
-        self.scene.cycles.samples = 1
-        self.scene.cycles.use_denoising = False
-        render.resolution_x = render.resolution_y = 48
-        render.image_settings.file_format = "PNG"
-        world = bpy.data.worlds.new("World")
-        self.scene.world = world
-        world.color = (0, 0, 0)
-        light = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
-        self.scene.collection.objects.link(light)
-        light.rotation_euler.x = 1.0
+    def test_motion_blur(self):
+        """Sub-frames come in any order; a blurred picture does not depend on the one before."""
+        support.small_render(self.scene)
+        sharp = self._pictures((3,))
+        self.scene.render.use_motion_blur = True
+        together = self._pictures((1, 3))
+        self.at(1)
+        alone = self._pictures((3,))
+        self.assertTrue(numpy.array_equal(together[3], alone[3]))
+        self.assertFalse(numpy.array_equal(sharp[3], alone[3]))
 
-    def _pictures(self, frames, _):
+    def _pictures(self, frames):
         self.scene.frame_start, self.scene.frame_end = frames[0], frames[-1]
         self.scene.frame_step = max(1, frames[-1] - frames[0])
         with tempfile.TemporaryDirectory() as folder:

@@ -14,7 +14,17 @@ sys.path.insert(0, os.path.dirname(__file__))
 import support  # noqa: E402
 
 SCREENSHOTS = support.ROOT / "build" / "screenshots"
-STEPS = ("open", "bind", "drag", "undo", "edit_mode", "playback", "deleted_empty", "escape")
+STEPS = (
+    "open",
+    "bind",
+    "drag",
+    "undo",
+    "edit_mode",
+    "playback",
+    "render",
+    "deleted_empty",
+    "escape",
+)
 
 
 class Window(unittest.TestCase):

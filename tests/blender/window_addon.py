@@ -109,8 +109,9 @@ def story():
     yield from undo_and_redo(screen)
     yield from edit_mode(screen)
     yield from playback(screen)
-    yield from deleted_empty(screen)
     yield from escape(screen)
+    yield from render(screen)
+    yield from deleted_empty(screen)
 
 
 def set_the_stage(screen):
@@ -239,6 +240,29 @@ def playback(screen):
     check(scene.frame_current > 10, "frames advance")
     check(not bindings.state_of(bar).verify_later, "nothing waits")
     done("playback")
+
+
+def render(screen):
+    """A render in its own thread, with motion blur, while the window is open."""
+    bar = bpy.data.objects["Bar"]
+    scene = screen.window.scene
+    support.small_render(scene)
+    scene.render.use_motion_blur = True
+    scene.render.filepath = os.path.join(FOLDER, "frame_")
+    scene.frame_start, scene.frame_end, scene.frame_step = 2, 6, 2
+    bpy.context.preferences.view.render_display_type = "NONE"
+    finished = []
+    bpy.app.handlers.render_complete.append(lambda *_: finished.append(True))
+    scene.frame_set(9)
+    before = shown(bar)
+    with screen.override():
+        bpy.ops.render.render("INVOKE_DEFAULT", animation=True)
+    yield from wait_for(lambda: finished and not bpy.app.is_job_running("RENDER"), 120)
+    yield 0.5
+    check(scene.frame_current == 9, f"back on frame 9, not {scene.frame_current}")
+    check(close(shown(bar), before), "shows the frame that it showed before the render")
+    scene.frame_step = 1
+    done("render")
 
 
 def deleted_empty(screen):
