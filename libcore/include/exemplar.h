@@ -305,7 +305,8 @@ typedef enum exm_descent {
 
 typedef struct exm_amrap_solve_settings {
   size_t struct_size;
-  double lambda;      /* >= 0, default 0.5: 0 is a linear shape space, large values jump between exemplars */
+  double lambda;      /* >= 0, default 0.5: 0 is a linear shape space, large values jump between exemplars. At 0, of
+                         the blends that fit equally, the one closest to the first exemplar is taken */
   int32_t blend;      /* exm_blend */
   int32_t rotations;  /* 1; 0 holds every local rotation at the identity, and the result is the global optimum [5.5] */
   int32_t start;      /* exm_start */

@@ -9,6 +9,9 @@
 
 /* Gap of the cone program relative to its natural size. */
 static double const CONE_TOLERANCE = 1e-9;
+/* How strongly, relative to the energy, blends are drawn to the first exemplar where lambda leaves them undetermined.
+ */
+static double const TIE_BREAK = 1e-6;
 /* Rounds of adding exemplars to the working set; the next iteration goes on where these were not enough, and the gap
  * that is reported says so. */
 enum { WORKING_SET_ROUNDS = 4, WORKING_SET_ROUNDS_LARGE = 2, COLUMNS_PER_GROUP = AMRAP_COLUMNS_PER_GROUP };
@@ -158,12 +161,28 @@ static double damp(amrap *a, const amrap_damping *damping)
   return constant;
 }
 
-/** The damping of one unknown, whose own energy is `weight`. */
-static double damp_unknown(const amrap_damping *damping, double weight, double from, double *Q, double *p)
+/** Draw one unknown, whose own energy is `weight`, to `from`; returns what that adds to the constant. */
+static double draw_unknown(double strength, double weight, double from, double *Q, double *p)
 {
-  *Q += damping->mu * weight;
-  *p += damping->mu * weight * from;
-  return damping->mu * weight * from * from / 2;
+  *Q += strength * weight;
+  *p += strength * weight * from;
+  return strength * weight * from * from / 2;
+}
+
+/** What the unknown B_gs is drawn to: the damping's blend; and without lambda, faintly, to the first exemplar, because
+ * many blends are then equally good, and the ones that change least from one exemplar vary smoothly [AMRAP, figure 2
+ * d]. */
+static double draw(const amrap *a, const amrap_options *options, const amrap_damping *damping, size_t g, size_t s,
+                   double weight, double *Q, double *p)
+{
+  double constant = 0;
+  if (is_damped(damping)) {
+    constant += draw_unknown(damping->mu, weight, damping->B0[g * a->reduced.exemplar_count + s], Q, p);
+  }
+  if (options->lambda == 0) {
+    constant += draw_unknown(TIE_BREAK, weight, s == 0 ? 1 : 0, Q, p);
+  }
+  return constant;
 }
 
 /** Q, p, l of the cone program for the columns chosen, and its k: Q = Z'Z - Z'G Z / (1 + mu) + damping. */
@@ -187,11 +206,11 @@ static double assemble_local(amrap *a, const amrap_options *options, const amrap
     a->p[i] = dense_dot(rows_of(r, g) * d, turned, a->pull + first * d);
     a->l[i] = options->lambda * sqrt(a->D[g * S + s]);
   }
-  for (size_t i = 0; i < count && is_damped(damping); i++) {
+  for (size_t i = 0; i < count; i++) {
     size_t const g = a->column_group[i];
     const double *turned = a->turned + a->turned_offsets[i];
-    constant += damp_unknown(damping, dense_dot(rows_of(r, g) * d, turned, turned),
-                             damping->B0[g * S + a->column_shape[i]], &a->Q[i * count + i], &a->p[i]);
+    constant += draw(a, options, damping, g, a->column_shape[i], dense_dot(rows_of(r, g) * d, turned, turned),
+                     &a->Q[i * count + i], &a->p[i]);
   }
   return constant;
 }
@@ -232,9 +251,7 @@ static double assemble_global(amrap *a, const amrap_options *options, const amra
     for (size_t t = 0; t < s; t++) {
       a->Q[t * S + s] = a->Q[s * S + t];
     }
-    if (is_damped(damping)) {
-      constant += damp_unknown(damping, own, damping->B0[s], &a->Q[s * S + s], &a->p[s]);
-    }
+    constant += draw(a, options, damping, 0, s, own, &a->Q[s * S + s], &a->p[s]);
   }
   return constant;
 }
