@@ -129,22 +129,32 @@ def parse(arguments):
 
 def load_addon():
     """A function that imports modules of the add-on, which is registered if it was not."""
-    import bpy
+    name = enabled_package()
+    if name is None:
+        name = PACKAGE
+        spec = importlib.util.spec_from_file_location(
+            name, os.path.join(FOLDER, "__init__.py"), submodule_search_locations=[FOLDER]
+        )
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        spec.loader.exec_module(module)
+        module.register()
+        module.__addon_enabled__ = True  # as Blender marks those that it enables itself
+    return lambda path: importlib.import_module(f"{name}.{path}")
 
-    for name in bpy.context.preferences.addons.keys():
-        module = sys.modules.get(name)
-        same_place = os.path.dirname(os.path.realpath(getattr(module, "__file__", ""))) == FOLDER
-        # Another copy that is enabled has registered the same classes: then it is the one to use.
-        if module is not None and (same_place or name.rpartition(".")[2] == PACKAGE):
-            return lambda path: importlib.import_module(f"{name}.{path}")
-    spec = importlib.util.spec_from_file_location(
-        PACKAGE, os.path.join(FOLDER, "__init__.py"), submodule_search_locations=[FOLDER]
-    )
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[PACKAGE] = module
-    spec.loader.exec_module(module)
-    module.register()
-    return lambda path: importlib.import_module(f"{PACKAGE}.{path}")
+
+def enabled_package():
+    """The name under which the add-on is enabled, or None.
+
+    By the mark and not by the preferences: --addons enables without them. A copy from another place
+    counts too, for it has registered the same classes.
+    """
+    for name, module in list(sys.modules.items()):
+        if getattr(module, "__addon_enabled__", False):
+            place = os.path.dirname(os.path.realpath(getattr(module, "__file__", None) or ""))
+            if place == FOLDER or name.rpartition(".")[2] == PACKAGE:
+                return name
+    return None
 
 
 # ---------------------------------------------------------------------------------------- commands
