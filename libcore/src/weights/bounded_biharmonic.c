@@ -11,13 +11,15 @@
  * rows' sums by itself, since constants cost no energy.
  *
  * At a fixed rho this is slow, thousands of steps, because Q spans many orders of magnitude: where it is small beside
- * rho the free parts creep, where it is large the bounds do. Raising rho by a factor of a hundred every few steps takes
- * the scales one after another, coarse ones first, as a multigrid would. Six steps at each of four or five rho, and a
- * factorisation for each, come within a few parts in a thousand of the optimum.
+ * rho the free parts creep, where it is large the bounds do. A few steps each at rising rho take the scales one after
+ * another, coarse ones first, as a multigrid would. The coarsest two are gone through twice: they decide where the
+ * bounds are met. Six steps at each rho, and a factorisation for each, come within a few parts in a thousand of the
+ * optimal energy. (The weights themselves are then within a few hundredths of the optimal ones where those hardly
+ * matter to the energy, far from handles, and much closer elsewhere.)
  *
  * What is returned are the projected weights: exact zeros, exact sums. The projection of slightly negative weights has
- * kinks, which a fourth-order energy punishes, so the difference between the energies before and after it is the
- * measure of convergence. */
+ * kinks, which a fourth-order energy punishes: when the energy is nearly the same before and after it, or no longer
+ * changes with rho, that is as good as it gets. */
 #include "weights/bounded_biharmonic.h"
 
 #include <math.h>
@@ -26,16 +28,17 @@
 #include "linalg/cholesky.h"
 #include "weights/handles.h"
 
-/* rho, in units that make it independent of the scale of mesh and energy: the energy of the unbounded weights over
- * their variance. Below the first one nothing happens yet; the last ones resolve the finest meshes. */
-static double const FIRST_RHO = 10, RHO_FACTOR = 100;
-enum { LEVELS = 6, FEWEST_LEVELS = 3, STEPS = 6 };
+/* rho, in units of the lowest eigenvalue of Q against M, which makes it independent of the scale of mesh and energy.
+ * The last ones are for the finest meshes. */
+static double const RHOS[] = {10, 300, 10, 300, 3e4, 3e6, 3e8, 3e10, 3e12, 3e14};
+enum { LEVELS = sizeof RHOS / sizeof *RHOS, FEWEST_LEVELS = 6, STEPS = 6, EIGENVALUE_STEPS = 4 };
 
 /* Over-relaxation [Boyd et al., section 3.4.3]. */
 static double const RELAXATION = 1.6;
 
-/* Relative differences of energy: good enough to stop at, and bad enough to warn of. */
-static double const CONVERGED = 2e-3, FAILED = 2e-2;
+/* Relative differences of energy: what the projection may cost, or how little another rho may change, to stop at; and a
+ * cost that is worth a warning. */
+static double const CONVERGED = 2e-3, STEADY = 5e-4, FAILED = 2e-2;
 
 /* Bounds that are violated by no more than this are not. */
 static double const FEASIBLE = 1e-7;
@@ -282,18 +285,34 @@ static double energy_of(const problem *p, const double *rows, double *row)
   return total;
 }
 
-/* sum_p m_p sum_h (w_hp - 1 / H)^2 over the free vertices. */
-static double variance_of(const problem *p, const double *rows)
+/* The lowest eigenvalue of Q x = lambda M x, a few steps of inverse iteration from above: its order of magnitude is
+ * what matters. Needs Q factored. */
+static exm_status lowest_eigenvalue(problem *p, arena *memory, double *eigenvalue)
 {
-  size_t const H = p->handle_count;
-  double total = 0;
+  double *x = ARENA_NEW(memory, double, p->free_count), *y = ARENA_NEW(memory, double, p->free_count);
+  if (!x || !y) {
+    return status_no_memory("skinning weights");
+  }
   for (size_t i = 0; i < p->free_count; i++) {
-    for (size_t h = 0; h < H; h++) {
-      double const deviation = rows[i * H + h] - 1 / (double)H;
-      total += p->masses[i] * deviation * deviation;
+    x[i] = 1;
+  }
+  for (int step = 0; step < EIGENVALUE_STEPS; step++) {
+    double xx = 0, xy = 0, yy = 0;
+    for (size_t i = 0; i < p->free_count; i++) {
+      y[i] = p->masses[i] * x[i];
+    }
+    TRY(cholesky_solve(p->factor, 1, y));
+    for (size_t i = 0; i < p->free_count; i++) {
+      xx += p->masses[i] * x[i] * x[i];
+      xy += p->masses[i] * x[i] * y[i];
+      yy += p->masses[i] * y[i] * y[i];
+    }
+    *eigenvalue = xx / xy;
+    for (size_t i = 0; i < p->free_count; i++) {
+      x[i] = y[i] / sqrt(yy);
     }
   }
-  return total;
+  return EXM_OK;
 }
 
 static int is_feasible(const problem *p, const double *rows)
@@ -305,36 +324,42 @@ static int is_feasible(const problem *p, const double *rows)
   return lowest >= -FEASIBLE;
 }
 
-/* How much of the energy the projection of the solution adds. */
-static double projection_cost(problem *p, double *row)
+/* The energy of the projected solution, and the share of it that the projection added. */
+static double projected_energy(problem *p, double *row, double *cost)
 {
   size_t const H = p->handle_count;
   for (size_t i = 0; i < p->free_count; i++) {
     project(H, p->solution + i * H, p->projected + i * H);
   }
-  double const before = energy_of(p, p->solution, row), after = energy_of(p, p->projected, row);
-  return (after - before) / after;
+  double const energy = energy_of(p, p->projected, row);
+  *cost = (energy - energy_of(p, p->solution, row)) / energy;
+  return energy;
 }
 
 /* -------------------------------------------------------------------------------------------------------- the whole */
 
-static exm_status iterate(problem *p, const progress *report, double *row)
+static exm_status iterate(problem *p, const progress *report, double unit, double *row)
 {
-  double const unit = energy_of(p, p->solution, row) / variance_of(p, p->solution);
-  double rho = FIRST_RHO * unit, cost = INFINITY;
+  double cost = INFINITY, energy = INFINITY;
   memcpy(p->split, p->solution, p->free_count * p->handle_count * sizeof *p->split);
   for (int level = 0; level < LEVELS; level++) {
+    double const rho = RHOS[level] * unit;
     TRY(progress_report(report, (level + 1.0) / (LEVELS + 1), "computing weights"));
     TRY(factor(p, rho));
+    if (level > 0) {
+      rescale_multipliers(p, RHOS[level - 1] / RHOS[level]);
+    }
     for (int i = 0; i < STEPS; i++) {
       TRY(step(p, rho));
     }
-    cost = level + 1 < FEWEST_LEVELS ? INFINITY : projection_cost(p, row);
-    if (cost < CONVERGED) {
+    if (level + 1 < FEWEST_LEVELS) {
+      continue;
+    }
+    double const before = energy;
+    energy = projected_energy(p, row, &cost);
+    if (cost < CONVERGED || fabs(energy - before) < STEADY * energy) {
       return EXM_OK;
     }
-    rescale_multipliers(p, 1 / RHO_FACTOR);
-    rho *= RHO_FACTOR;
   }
   return cost < FAILED ? EXM_OK
                        : status_set(EXM_WARNING_NOT_CONVERGED,
@@ -380,7 +405,9 @@ exm_status weights_bounded_biharmonic(const mesh *reference, const exm_handles *
   if (status == EXM_OK && p.free_count > 0) {
     status = solve_unbounded(&p);
     if (status == EXM_OK && !is_feasible(&p, p.solution)) {
-      status = iterate(&p, report, row);
+      double unit = 0;
+      status = lowest_eigenvalue(&p, &memory, &unit);
+      status = status < 0 ? status : iterate(&p, report, unit, row);
     }
   }
   if (status >= 0) {
