@@ -206,6 +206,9 @@ static exm_status lapack_failed(const char *routine, int info)
 
 exm_status dense_qr_factor(size_t rows, size_t columns, double *A)
 {
+  if (rows == 0 || columns == 0) {
+    return EXM_OK;
+  }
   /* Row-major A is Fortran's A', whose LQ factor is R'. */
   int const m = (int)columns, n = (int)rows;
   int query = -1, info = 0;
@@ -284,6 +287,9 @@ done:
 
 exm_status dense_eigen(size_t n, double *A, double *values)
 {
+  if (n == 0) {
+    return EXM_OK; /* LAPACK would print a complaint */
+  }
   arena scratch = {0};
   exm_status status = EXM_OK;
   int const size = (int)n;
@@ -308,6 +314,9 @@ done:
 
 exm_status dense_right_singular(size_t rows, size_t columns, double *A, double *values, double *V)
 {
+  if (columns == 0) {
+    return EXM_OK;
+  }
   /* Reduce to the triangle first: the vectors of R are those of A. */
   TRY(dense_qr_factor(rows, columns, A));
   arena scratch = {0};
