@@ -146,7 +146,9 @@ static void frame_from_rows(const exm_deformer *deformer, size_t handle, const d
   }
   if (count < d) {
     for (size_t i = 0; i < d; i++) {
-      linear[i * d + i] = 1;
+      for (size_t j = 0; j < d; j++) {
+        linear[i * d + j] = (i == j) + (image[0][i] - directions[0][i]) * directions[0][j];
+      }
     }
     return;
   }
