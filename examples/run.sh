@@ -25,6 +25,8 @@ declare -A why=(
   [libopenblas-dev]="dense linear algebra"
   [liblapacke-dev]="the same, its C interface"
   [blender]="the characters live in it"
+  [libegl1]="pictures without a screen"
+  [libgl1-mesa-dri]="OpenGL without a graphics card"
   [python3-numpy]="used by the add-on and by the scripts here"
 )
 
