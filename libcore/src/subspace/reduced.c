@@ -14,6 +14,8 @@ static double const RANK_TOLERANCE = 1e-7;
  */
 enum { SINGULAR_MAXIMUM = 700 };
 static double const GRAM_RANK_TOLERANCE = 1e-6;
+/* Relative to the factors as they were: constraints that hold all there is leave nothing but this. */
+static double const ROUNDING = 1e-12;
 static double const SHAPE_TOLERANCE = 1e-11;
 
 /** All groups' factors under one another, over all atoms: [rows][atoms]. */
@@ -177,8 +179,9 @@ static exm_status spectrum(const double *X, size_t rows, size_t columns, double 
   return status;
 }
 
-/** An energy-orthonormal basis of the free coefficients; on return X holds U = X basis, [rows][rank]. */
-static exm_status orthonormal_basis(arena *owner, reduced_mesh *r, double *X, size_t rows)
+/** An energy-orthonormal basis of the free coefficients; on return X holds U = X basis, [rows][rank]. `whole` is the
+ * size of the factors before the constraints were eliminated. */
+static exm_status orthonormal_basis(arena *owner, reduced_mesh *r, double whole, double *X, size_t rows)
 {
   size_t const kept = r->atom_count - r->constraint_count;
   arena scratch = {0};
@@ -193,7 +196,7 @@ static exm_status orthonormal_basis(arena *owner, reduced_mesh *r, double *X, si
   }
   double const tolerance = kept > SINGULAR_MAXIMUM ? GRAM_RANK_TOLERANCE : RANK_TOLERANCE;
   r->rank = 0;
-  while (r->rank < kept && values[r->rank] > tolerance * values[0]) {
+  while (r->rank < kept && values[r->rank] > fmax(tolerance * values[0], ROUNDING * whole)) {
     r->rank++;
   }
   r->basis = ARENA_NEW(owner, double, kept * r->rank);
@@ -450,7 +453,8 @@ exm_status reduced_create(arena *owner, const dictionary *d, const constraints *
   if ((status = eliminate_constraints(owner, d, c, &r)) < 0 ||
       (status = split_columns(&scratch, &r, stack, rows, &U, &F)) < 0 ||
       (status = progress_report(report, 0.2, "reducing the mesh")) < 0 ||
-      (status = orthonormal_basis(owner, &r, U, rows)) < 0 || (status = make_orthogonal(owner, &r, U, F, rows)) < 0 ||
+      (status = orthonormal_basis(owner, &r, sqrt(dense_dot(rows * d->atom_count, stack, stack)), U, rows)) < 0 ||
+      (status = make_orthogonal(owner, &r, U, F, rows)) < 0 ||
       (status = progress_report(report, 0.7, "reducing the mesh")) < 0 ||
       (status = turn_groups(owner, d, factors, U, F, rows, &r)) < 0 || (status = finish(owner, d, &r)) < 0) {
     goto done;
