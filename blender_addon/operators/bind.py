@@ -77,7 +77,7 @@ class BindOperator(ExemplarOperator):
         except ExemplarError as error:
             return self.fail(obj, error)
         status.forget(obj)
-        context.area.tag_redraw()
+        live.redraw_panels()
         return {"FINISHED"}
 
     def _show_progress(self, context):

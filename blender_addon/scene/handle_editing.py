@@ -47,7 +47,7 @@ def remove(obj, item):
 
 
 def _is_used(empty):
-    """Copies of a rig share empties, and one may be parented to another."""
+    """Copies of a rig may share empties."""
     return any(h.empty == empty for rig in rigs.all_rigs() for h in rig.exemplar.handles)
 
 
