@@ -33,6 +33,12 @@ static double *stack_factors(arena *owner, const group_factor *factors, size_t g
   return stack;
 }
 
+static exm_status cannot_be_held(size_t handle)
+{
+  return status_set_at(EXM_ERROR_NUMERIC, EXM_ELEMENT_HANDLE, handle,
+                       "handle %zu cannot be held: its constraint follows from those of other handles", handle);
+}
+
 /** Gauss-Jordan with column pivoting: each constraint binds the atom that moves it most, and is solved for it. On
  * return A is the identity on the bound columns, and `inverse` what the right-hand side is multiplied by. */
 static exm_status bind_atoms(const constraints *c, size_t atoms, double *A, double *inverse, size_t *bound)
@@ -48,9 +54,7 @@ static exm_status bind_atoms(const constraints *c, size_t atoms, double *A, doub
       pivot = fabs(row[j]) > fabs(row[pivot]) ? j : pivot;
     }
     if (fabs(row[pivot]) < 1e-9) {
-      return status_set_at(EXM_ERROR_NUMERIC, EXM_ELEMENT_HANDLE, c->rows[i].handle,
-                           "handle %zu cannot be held: its constraint follows from those of other handles",
-                           c->rows[i].handle);
+      return cannot_be_held(c->rows[i].handle);
     }
     bound[i] = pivot;
     double const scale = 1 / row[pivot];
@@ -73,6 +77,9 @@ static exm_status bind_atoms(const constraints *c, size_t atoms, double *A, doub
 
 static exm_status eliminate_constraints(arena *owner, const dictionary *d, const constraints *c, reduced_mesh *r)
 {
+  if (c->row_count > d->atom_count) {
+    return cannot_be_held(c->rows[d->atom_count].handle);
+  }
   arena scratch = {0};
   exm_status status = EXM_OK;
   size_t const rows = c->row_count, atoms = d->atom_count, kept = atoms - rows;
