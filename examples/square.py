@@ -78,7 +78,7 @@ ROWS_OF_FIGURE = (
     ("a", "no rotations, lambda 0.5", dict(rotations=False, lambda_=0.5)),
     ("b", "rotations, lambda 0.5", dict(rotations=True, lambda_=0.5, iterations=300)),
     ("c", "lambda 10: jumps", dict(rotations=False, lambda_=10.0)),
-    ("d", "lambda 0: any mixture will do", dict(rotations=False, lambda_=0.0)),
+    ("d", "lambda 0: the middle hardly counts", dict(rotations=False, lambda_=0.0)),
 )
 
 
