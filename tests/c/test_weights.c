@@ -278,7 +278,7 @@ static void slow_weights(const mesh *m, const handle_list *list, double *weights
 
 TEST(as_good_as_the_slow_way)
 {
-  zoo_mesh const grid = zoo_grid(10, 8, 10, 8);
+  zoo_mesh grid = zoo_grid(10, 8, 10, 8);
   exm_mesh *m = zoo_create(&grid);
   REQUIRE(m != NULL);
   handle_list list = {0};
@@ -300,6 +300,7 @@ TEST(as_good_as_the_slow_way)
   free(slow);
   free(fast);
   exm_mesh_destroy(m);
+  zoo_free(&grid);
 }
 
 TEST(mirror_images_have_mirrored_weights)
@@ -380,19 +381,16 @@ TEST(scale_and_order_do_not_matter)
 
 /* --------------------------------------------------------------------------------------------------------- refusals */
 
-TEST(arguments_are_checked)
+#define REFUSED(handles, ...)                                                                                          \
+  CHECK_STATUS(exm_weights_bounded_biharmonic(m, &(handles), NULL, NULL, weights), EXM_ERROR_ARGUMENT, __VA_ARGS__)
+
+TEST(missing_arguments)
 {
   exm_mesh *m = zoo_create(zoo_find("torus"));
   REQUIRE(m != NULL);
-  handle_list list = spread(m, 3, 1);
+  handle_list const list = spread(m, 3, 1);
   exm_handles const good = view(&list);
-  size_t const V = m->vertex_count;
-  float *weights = test_array(MOST * V, sizeof *weights);
-  memset(weights, 0x55, MOST * V * sizeof *weights);
-  float *untouched = test_array(MOST * V, sizeof *weights);
-  memcpy(untouched, weights, MOST * V * sizeof *weights);
-#define REFUSED(handles, ...)                                                                                          \
-  CHECK_STATUS(exm_weights_bounded_biharmonic(m, &(handles), NULL, NULL, weights), EXM_ERROR_ARGUMENT, __VA_ARGS__)
+  float *weights = test_array(MOST * m->vertex_count, sizeof *weights);
   CHECK_STATUS(exm_weights_bounded_biharmonic(NULL, &good, NULL, NULL, weights), EXM_ERROR_ARGUMENT, "mesh is NULL");
   CHECK_STATUS(exm_weights_bounded_biharmonic(m, NULL, NULL, NULL, weights), EXM_ERROR_ARGUMENT, "handles is NULL");
   CHECK_STATUS(exm_weights_bounded_biharmonic(m, &good, NULL, NULL, NULL), EXM_ERROR_ARGUMENT, "weights is NULL");
@@ -405,11 +403,25 @@ TEST(arguments_are_checked)
   bad = good;
   bad.vertices = NULL;
   REFUSED(bad, "vertices is NULL");
+  free(weights);
+  exm_mesh_destroy(m);
+}
+
+TEST(offsets_and_vertices_are_checked)
+{
+  exm_mesh *m = zoo_create(zoo_find("torus"));
+  REQUIRE(m != NULL);
+  handle_list const list = spread(m, 3, 1);
+  size_t const V = m->vertex_count, bytes = MOST * V * sizeof(float);
+  float *weights = test_array(bytes, 1), *untouched = test_array(bytes, 1);
+  memset(weights, 0x55, bytes);
+  memset(untouched, 0x55, bytes);
+  size_t const shifted[] = {1, 2, 3, 4, 5}, empty[] = {0, 1, 1, 3, 4}, falling[] = {0, 3, 2, 3, 4};
+  size_t const crowd[] = {0, 1, 2, 3, V + 1}, pairs[] = {0, 1, 2, 4};
+  uint32_t const outside[] = {0, (uint32_t)V, 2, 3}, within[] = {0, 1, 7, 7}, across[] = {0, 7, 2, 7};
   exm_element kind;
   size_t index;
-  size_t const shifted[] = {1, 2, 3, 4, 5}, empty[] = {0, 1, 1, 3, 4}, falling[] = {0, 3, 2, 3, 4};
-  size_t const crowd[] = {0, 1, 2, 3, V + 1};
-  bad = good;
+  exm_handles bad = view(&list);
   bad.vertex_offsets = shifted;
   REFUSED(bad, "begins with 1");
   bad.vertex_offsets = empty;
@@ -420,8 +432,6 @@ TEST(arguments_are_checked)
   CHECK(kind == EXM_ELEMENT_HANDLE && index == 1);
   bad.vertex_offsets = crowd;
   REFUSED(bad, "vertices, but there are");
-  size_t const pairs[] = {0, 1, 2, 4};
-  uint32_t const outside[] = {0, (uint32_t)V, 2, 3}, within[] = {0, 1, 7, 7}, across[] = {0, 7, 2, 7};
   bad = (exm_handles){3, NULL, pairs, outside};
   REFUSED(bad, "handle 1", "vertex");
   bad.vertices = within;
@@ -430,18 +440,28 @@ TEST(arguments_are_checked)
   REFUSED(bad, "vertex 7 belongs to handles 1 and 2");
   exm_last_error_element(&kind, &index);
   CHECK(kind == EXM_ELEMENT_VERTEX && index == 7);
-  CHECK(memcmp(weights, untouched, MOST * V * sizeof *weights) == 0);
-  /* Kinds count for deformers, not for weights. */
-  list.kinds[2] = 3;
-  CHECK_STATUS(handles_check(m, &good), EXM_ERROR_ARGUMENT, "handle 2", "kind 3");
-  list.kinds[2] = EXM_HANDLE_FREE;
-  CHECK(handles_check(m, &good) == EXM_OK);
-  bad = good;
-  bad.kinds = NULL;
-  CHECK_STATUS(handles_check(m, &bad), EXM_ERROR_ARGUMENT, "kinds is NULL");
-  CHECK(exm_weights_bounded_biharmonic(m, &bad, NULL, NULL, weights) == EXM_OK);
+  CHECK(memcmp(weights, untouched, bytes) == 0);
   free(weights);
   free(untouched);
+  exm_mesh_destroy(m);
+}
+
+/* Kinds count for deformers, not for weights. */
+TEST(kinds_are_checked)
+{
+  exm_mesh *m = zoo_create(zoo_find("torus"));
+  REQUIRE(m != NULL);
+  handle_list list = spread(m, 3, 1);
+  exm_handles handles = view(&list);
+  float *weights = test_array(MOST * m->vertex_count, sizeof *weights);
+  list.kinds[2] = 3;
+  CHECK_STATUS(handles_check(m, &handles), EXM_ERROR_ARGUMENT, "handle 2", "kind 3");
+  list.kinds[2] = EXM_HANDLE_FREE;
+  CHECK(handles_check(m, &handles) == EXM_OK);
+  handles.kinds = NULL;
+  CHECK_STATUS(handles_check(m, &handles), EXM_ERROR_ARGUMENT, "kinds is NULL");
+  CHECK(exm_weights_bounded_biharmonic(m, &handles, NULL, NULL, weights) == EXM_OK);
+  free(weights);
   exm_mesh_destroy(m);
 }
 

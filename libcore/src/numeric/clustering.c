@@ -318,7 +318,8 @@ exm_status clustering_kmeans(const float *rows, size_t count, size_t dimension, 
                              uint32_t *labels, size_t *made)
 {
   arena memory = {0};
-  clusterer c = {.rows = rows, .masses = masses, .count = count, .dimension = dimension, .labels = labels};
+  clusterer c = {.rows = rows, .masses = masses, .count = count, .dimension = dimension};
+  c.labels = labels;
   c.clusters = clusters < count ? clusters : count;
   c.padded = (c.clusters + VECTOR - 1) / VECTOR * VECTOR;
   c.stride = count / SAMPLE > 1 ? count / SAMPLE : 1;
