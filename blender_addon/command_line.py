@@ -139,18 +139,19 @@ def load_addon():
         sys.modules[name] = module
         spec.loader.exec_module(module)
         module.register()
-        module.__addon_enabled__ = True  # as Blender marks those that it enables itself
+        module.registered_here = True
     return lambda path: importlib.import_module(f"{name}.{path}")
 
 
 def enabled_package():
     """The name under which the add-on is enabled, or None.
 
-    By the mark and not by the preferences: --addons enables without them. A copy from another place
-    counts too, for it has registered the same classes.
+    By Blender's mark on the module and not by the preferences: --addons enables without them. A
+    copy from another place counts too, for it has registered the same classes.
     """
     for name, module in list(sys.modules.items()):
-        if getattr(module, "__addon_enabled__", False):
+        enabled = getattr(module, "__addon_enabled__", False)
+        if enabled or getattr(module, "registered_here", False) is True:
             place = os.path.dirname(os.path.realpath(getattr(module, "__file__", None) or ""))
             if place == FOLDER or name.rpartition(".")[2] == PACKAGE:
                 return name
