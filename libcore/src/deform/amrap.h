@@ -50,7 +50,7 @@ typedef struct amrap {
   double *turned;                    /* [columns] Z, each [rows of its group][d] */
   double *turned_G;                  /* [shape_rows][d] */
   double *mixed_u;                   /* [rank][d] where the rotations were fitted */
-  double *pull;                      /* [shape_rows][d] */
+  double *y_start, *u_start;         /* [shape_rows][d], [rank][d] the pose of the blend that the search starts at */
   double *damped_u;                  /* [rank][d] */
   double *global_u;                  /* [rank][S d] */
   double *saved_u, *saved_B, *slope; /* [rank][d], [G][S], [rank][d] */
@@ -97,6 +97,9 @@ void amrap_solve_blend(amrap *a, const amrap_options *options, const amrap_dampi
 
 /** Rotations fitted to the pose, eq. 21-22. */
 void amrap_fit_rotations(amrap *a);
+
+/** E_d of the pose u, whose proxies are y, against blended proxies X: a sum of squares [eq. 9]. */
+double amrap_elastic_energy(const amrap *a, const double *u, const double *y, const double *X);
 
 /** sqrt(E_d) + lambda sum B sqrt(D) for the pose, blend and rotations held; E_d apart where asked for. */
 double amrap_objective(const amrap *a, const amrap_options *options, double *elastic);

@@ -49,17 +49,19 @@ void amrap_fit_rotations(amrap *a)
   }
 }
 
+double amrap_elastic_energy(const amrap *a, const double *u, const double *y, const double *X)
+{
+  double energy = reduced_rest_energy(&a->reduced, u, a->c);
+  for (size_t i = 0; i < a->reduced.shape_rows * a->reduced.dimension; i++) {
+    energy += (y[i] - X[i]) * (y[i] - X[i]) / 2;
+  }
+  return energy;
+}
+
 double amrap_objective(const amrap *a, const amrap_options *options, double *elastic)
 {
   const reduced_mesh *r = &a->reduced;
-  size_t const d = r->dimension;
-  /* 1/2 |U u + F c|^2 over the rows where no exemplar lives, from the totals; then the others as a sum of squares. */
-  double energy = (dense_dot(r->rank * d, a->u, a->u) - dense_dot(r->shape_rows * d, a->y, a->y)) / 2 + a->held_energy;
-  double cost = 0;
-  energy = fmax(energy, 0);
-  for (size_t i = 0; i < r->shape_rows * d; i++) {
-    energy += (a->y[i] - a->X[i]) * (a->y[i] - a->X[i]) / 2;
-  }
+  double energy = amrap_elastic_energy(a, a->u, a->y, a->X), cost = 0;
   for (size_t i = 0; i < r->group_count * r->exemplar_count; i++) {
     cost += a->B[i] * sqrt(a->D[i]);
   }

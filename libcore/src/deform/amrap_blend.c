@@ -82,17 +82,23 @@ static size_t choose_columns(amrap *a, const unsigned char *wanted)
   return count;
 }
 
+/** Columns Z_gs - X_g: what taking more of exemplar s changes, X being the blend that the search starts at. Entries of
+ * Q are then of the size of these changes and not of the mesh, and its rounding with them. */
 static void turn_columns(amrap *a, size_t count)
 {
   const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension;
   for (size_t i = 0; i < count; i++) {
-    size_t const g = a->column_group[i];
+    size_t const g = a->column_group[i], first = r->shape_offsets[g];
     double *turned = a->turned + a->turned_offsets[i];
     for (size_t row = 0; row < rows_of(r, g); row++) {
-      turn(a, r->shape_offsets[g] + row, g, a->column_shape[i], turned + row * r->dimension);
+      turn(a, first + row, g, a->column_shape[i], turned + row * d);
+      for (size_t k = 0; k < d; k++) {
+        turned[row * d + k] -= a->X[(first + row) * d + k];
+      }
     }
     if (r->carrier_count) {
-      reduced_carry(r, g, r->dimension, turned, a->turned_carried + a->carried_offsets[i]);
+      reduced_carry(r, g, d, turned, a->turned_carried + a->carried_offsets[i]);
     }
   }
 }
@@ -139,61 +145,70 @@ static int is_damped(const amrap_damping *damping)
   return damping->mu > 0 && damping->u0 && damping->B0 && damping->slope;
 }
 
-/** What damping adds to the program's right-hand side and constant: the pose is drawn to (mu u0 - slope) / (1 + mu). */
-static double damp(amrap *a, const amrap_damping *damping)
+/** The pose of blended proxies X: u = (Ux'X + mu u0 - slope) / (1 + mu), y = Ux u + Fx c. */
+static void pose_of(amrap *a, const amrap_damping *damping, const double *X, double *u, double *y)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const d = r->dimension;
-  double const mu = damping->mu;
-  const double *u0 = damping->u0, *slope = damping->slope;
-  double constant = a->held_energy;
-  memcpy(a->pull, a->Fxc, r->shape_rows * d * sizeof(double));
-  if (mu == 0 || !u0 || !slope) {
-    return constant;
+  reduced_to_basis(r, d, X, a->carried, u);
+  for (size_t i = 0; i < r->rank * d && is_damped(damping); i++) {
+    u[i] = (u[i] + damping->mu * damping->u0[i] - damping->slope[i]) / (1 + damping->mu);
   }
-  for (size_t i = 0; i < r->rank * d; i++) {
-    double const drawn = mu * u0[i] - slope[i];
-    constant += (mu * u0[i] / 2 - slope[i]) * u0[i] - drawn * drawn / (2 * (1 + mu));
-    a->damped_u[i] = drawn / (1 + mu);
+  reduced_to_shapes(r, d, u, a->carried, y);
+  dense_axpy(r->shape_rows * d, 1, a->Fxc, y);
+}
+
+/** The program's constant: what is minimised, at the blend that the search starts at. Its pose is left in u_start,
+ * y_start: the program's linear part is <Z_i, X - y>. */
+static double start(amrap *a, const amrap_damping *damping)
+{
+  amrap_blend_shapes(a);
+  pose_of(a, damping, a->X, a->u_start, a->y_start);
+  double energy = amrap_elastic_energy(a, a->u_start, a->y_start, a->X);
+  for (size_t i = 0; i < a->reduced.rank * a->reduced.dimension && is_damped(damping); i++) {
+    double const step = a->u_start[i] - damping->u0[i];
+    energy += damping->slope[i] * step + damping->mu * step * step / 2;
   }
-  reduced_to_shapes(r, d, a->damped_u, a->carried, a->turned_G);
-  dense_axpy(r->shape_rows * d, 1, a->turned_G, a->pull);
-  return constant;
+  return fmax(energy, 0);
 }
 
 /** Draw one unknown, whose own energy is `weight`, to `from`; returns what that adds to the constant. */
-static double draw_unknown(double strength, double weight, double from, double *Q, double *p)
+static double draw_unknown(double weight, double from, double *Q, double *p)
 {
-  *Q += strength * weight;
-  *p += strength * weight * from;
-  return strength * weight * from * from / 2;
+  *Q += weight;
+  *p += weight * from;
+  return weight * from * from / 2;
 }
 
 /** What the unknown B_gs is drawn to: the damping's blend; and without lambda, faintly, to the first exemplar, because
  * many blends are then equally good, and the ones that change least from one exemplar vary smoothly [AMRAP, figure 2
  * d]. */
 static double draw(const amrap *a, const amrap_options *options, const amrap_damping *damping, size_t g, size_t s,
-                   double weight, double *Q, double *p)
+                   double *Q, double *p)
 {
+  double const weight = a->reduced.size * a->reduced.size / (double)(options->is_global ? 1 : a->reduced.group_count);
   double constant = 0;
   if (is_damped(damping)) {
-    constant += draw_unknown(damping->mu, weight, damping->B0[g * a->reduced.exemplar_count + s], Q, p);
+    constant += draw_unknown(damping->mu * weight, damping->B0[g * a->reduced.exemplar_count + s], Q, p);
   }
   if (options->lambda == 0) {
-    constant += draw_unknown(TIE_BREAK, weight, s == 0 ? 1 : 0, Q, p);
+    constant += draw_unknown(TIE_BREAK * weight, s == 0 ? 1 : 0, Q, p);
   }
   return constant;
 }
 
-/** Q, p, l of the cone program for the columns chosen, and its k: Q = Z'Z - Z'G Z / (1 + mu) + damping. */
+/** Q, p, l of the cone program for the columns chosen, and its k: Q = Z'Z - Z'G Z / (1 + mu), p = <Z, y - X>. */
 static double assemble_local(amrap *a, const amrap_options *options, const amrap_damping *damping, size_t count)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const d = r->dimension, S = r->exemplar_count;
-  double constant = damp(a, damping);
+  double constant = start(a, damping);
   turn_columns(a, count);
+  for (size_t i = 0; i < r->shape_rows * d; i++) {
+    a->y_start[i] -= a->X[i];
+  }
   for (size_t i = 0; i < count; i++) {
-    size_t const g = a->column_group[i], s = a->column_shape[i], first = r->shape_offsets[g];
+    size_t const g = a->column_group[i], s = a->column_shape[i];
     const double *turned = a->turned + a->turned_offsets[i];
     respond(a, i, i == a->block_offsets[g]);
     for (size_t j = a->block_offsets[g]; j < count; j++) {
@@ -203,16 +218,30 @@ static double assemble_local(amrap *a, const amrap_options *options, const amrap
       }
       a->Q[i * count + j] = a->Q[j * count + i] = value;
     }
-    a->p[i] = dense_dot(rows_of(r, g) * d, turned, a->pull + first * d);
+    a->p[i] = dense_dot(rows_of(r, g) * d, turned, a->y_start + r->shape_offsets[g] * d);
     a->l[i] = options->lambda * sqrt(a->D[g * S + s]);
   }
   for (size_t i = 0; i < count; i++) {
-    size_t const g = a->column_group[i];
-    const double *turned = a->turned + a->turned_offsets[i];
-    constant += draw(a, options, damping, g, a->column_shape[i], dense_dot(rows_of(r, g) * d, turned, turned),
-                     &a->Q[i * count + i], &a->p[i]);
+    constant += draw(a, options, damping, a->column_group[i], a->column_shape[i], &a->Q[i * count + i], &a->p[i]);
   }
   return constant;
+}
+
+/** Columns of a global blend: the whole of each exemplar, turned, less X; [shape_rows][S d]. Their costs in l. */
+static void turn_exemplars(amrap *a, const amrap_options *options, double *turned)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, S = r->exemplar_count, width = S * d;
+  memset(a->l, 0, S * sizeof(double));
+  for (size_t g = 0; g < r->group_count; g++) {
+    for (size_t s = 0; s < S; s++) {
+      a->l[s] += options->lambda * sqrt(a->D[g * S + s]);
+      for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
+        turn(a, i, g, s, turned + i * width + s * d);
+        dense_axpy(d, -1, a->X + i * d, turned + i * width + s * d);
+      }
+    }
+  }
 }
 
 /** The same with one blend for all groups: the unknowns are exemplars, Z_s is the whole of exemplar s. */
@@ -220,29 +249,23 @@ static double assemble_global(amrap *a, const amrap_options *options, const amra
 {
   const reduced_mesh *r = &a->reduced;
   size_t const d = r->dimension, S = r->exemplar_count, width = S * d;
-  double constant = damp(a, damping);
+  double constant = start(a, damping);
   double *turned = a->single_blend, *in_basis = a->global_u;
   memset(a->Q, 0, S * S * sizeof(double));
   memset(a->p, 0, S * sizeof(double));
-  memset(a->l, 0, S * sizeof(double));
-  for (size_t g = 0; g < r->group_count; g++) {
-    for (size_t s = 0; s < S; s++) {
-      a->l[s] += options->lambda * sqrt(a->D[g * S + s]);
-      for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
-        turn(a, i, g, s, turned + i * width + s * d);
-      }
-    }
-  }
+  turn_exemplars(a, options, turned);
   reduced_to_basis(r, width, turned, a->carried, in_basis);
+  for (size_t i = 0; i < r->shape_rows * d; i++) {
+    a->y_start[i] -= a->X[i];
+  }
   for (size_t s = 0; s < S; s++) {
     for (size_t i = 0; i < r->shape_rows; i++) {
       const double *row = turned + i * width;
-      a->p[s] += dense_dot(d, row + s * d, a->pull + i * d);
+      a->p[s] += dense_dot(d, row + s * d, a->y_start + i * d);
       for (size_t t = 0; t <= s; t++) {
         a->Q[s * S + t] += dense_dot(d, row + s * d, row + t * d);
       }
     }
-    double const own = a->Q[s * S + s];
     for (size_t i = 0; i < r->rank; i++) {
       for (size_t t = 0; t <= s; t++) {
         a->Q[s * S + t] -= dense_dot(d, in_basis + i * width + s * d, in_basis + i * width + t * d) / (1 + damping->mu);
@@ -251,7 +274,9 @@ static double assemble_global(amrap *a, const amrap_options *options, const amra
     for (size_t t = 0; t < s; t++) {
       a->Q[t * S + s] = a->Q[s * S + t];
     }
-    constant += draw(a, options, damping, 0, s, own, &a->Q[s * S + s], &a->p[s]);
+  }
+  for (size_t s = 0; s < S; s++) {
+    constant += draw(a, options, damping, 0, s, &a->Q[s * S + s], &a->p[s]);
   }
   return constant;
 }
@@ -264,7 +289,8 @@ static cone_program program_of(const amrap *a, size_t count, size_t blocks, doub
                         .Q = a->Q,
                         .p = a->p,
                         .l = a->l,
-                        .k = constant};
+                        .k = constant,
+                        .scale = a->reduced.size};
 }
 
 static void solve_global(amrap *a, const amrap_options *options, const amrap_damping *damping, cone_result *result)
@@ -297,18 +323,10 @@ static void solve_local(amrap *a, const amrap_options *options, const amrap_damp
   }
 }
 
-/** The pose that belongs to the blend: u = (Ux'X + mu u0 - slope) / (1 + mu), y = Ux u + Fx c. */
 static void pose(amrap *a, const amrap_damping *damping)
 {
-  const reduced_mesh *r = &a->reduced;
-  size_t const d = r->dimension;
   amrap_blend_shapes(a);
-  reduced_to_basis(r, d, a->X, a->carried, a->u);
-  for (size_t i = 0; i < r->rank * d && is_damped(damping); i++) {
-    a->u[i] = (a->u[i] + damping->mu * damping->u0[i] - damping->slope[i]) / (1 + damping->mu);
-  }
-  reduced_to_shapes(r, d, a->u, a->carried, a->y);
-  dense_axpy(r->shape_rows * d, 1, a->Fxc, a->y);
+  pose_of(a, damping, a->X, a->u, a->y);
 }
 
 /** Gradient of the objective by B_gs at the pose: <Z_gs, X_g - y_g> / (2 sqrt(E_d)) + lambda sqrt(D_gs). */

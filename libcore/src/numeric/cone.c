@@ -22,22 +22,37 @@ exm_status cone_workspace_create(arena *owner, size_t capacity, cone_workspace *
   work.free_of = ARENA_NEW(owner, size_t, capacity);
   work.pivot_of = ARENA_NEW(owner, size_t, capacity);
   work.is_free = ARENA_NEW(owner, unsigned char, capacity);
-  work.is_barred = ARENA_NEW(owner, unsigned char, capacity);
+  size_t const barrier = capacity < CONE_BARRIER_MAXIMUM ? capacity : CONE_BARRIER_MAXIMUM;
+  work.inner = ARENA_NEW(owner, double, capacity);
+  work.schur = ARENA_NEW(owner, double, barrier *barrier);
+  work.response = ARENA_NEW(owner, double, barrier *barrier);
   if (!work.residual || !work.gradient || !work.direction || !work.reduced || !work.slope_q || !work.slope_l ||
-      !work.free_of || !work.pivot_of || !work.is_free || !work.is_barred) {
+      !work.free_of || !work.pivot_of || !work.is_free || !work.inner || !work.schur || !work.response) {
     return status_no_memory("the cone program");
   }
   *out = work;
   return EXM_OK;
 }
 
+/* The root is smoothed to sqrt(q + (SMOOTHING * scale)^2). Where exemplars can meet the handles exactly, q = 0
+ * is a ridge along which l alone decides: without smoothing the gradient there is rounding over rounding. Smoothing
+ * raises f by less than that share of its scale. */
+static double const SMOOTHING = 1e-9;
+/* A gap, relative to the scale, that faces should not end with. */
+static double const STUCK = 1e-6;
+/* The barrier falls by this factor; entries below DUST are cleared at its end. */
+static double const BARRIER_FACTOR = 0.2, DUST = 1e-7;
+enum { BARRIER_STEPS = 80 };
+
 /** f at B and what belongs to it: the residual QB - p and the gradient. */
 typedef struct cone_point {
   double quadratic, root, value, gap;
-  double size; /* of the terms that cancel in q: what rounding is relative to */
+  double size;   /* of the terms that cancel in q */
+  double scale;  /* of f */
+  double smooth; /* what the root adds to q */
 } cone_point;
 
-static cone_point evaluate(const cone_program *program, cone_workspace *work, const double *B)
+static cone_point evaluate(const cone_program *program, cone_workspace *work, const double *B, double smoothing)
 {
   cone_point point = {0};
   double curvature = 0, linear = 0, cost = 0;
@@ -55,15 +70,11 @@ static cone_point evaluate(const cone_program *program, cone_workspace *work, co
     cost += B[i] * program->l[i];
   }
   point.size = fabs(curvature) / 2 + fabs(linear) + program->k;
-  /* q is a difference of terms of this size: below its rounding it is zero. The floor keeps the gradient finite where
-   * an exemplar is met exactly. */
-  double const floor = 4 * DBL_EPSILON * point.size;
+  point.scale = program->scale > 0 ? program->scale : sqrt(point.size);
+  point.smooth = smoothing * smoothing * point.scale * point.scale + DBL_MIN;
   point.quadratic = fmax(curvature / 2 - linear + program->k, 0);
-  point.root = sqrt(fmax(point.quadratic, floor));
-  point.value = sqrt(point.quadratic) + cost;
-  if (point.root == 0) {
-    point.root = DBL_MIN;
-  }
+  point.root = sqrt(point.quadratic + point.smooth);
+  point.value = point.root + cost;
   for (size_t i = 0; i < program->count; i++) {
     work->gradient[i] = work->residual[i] / (2 * point.root) + program->l[i];
   }
@@ -186,9 +197,9 @@ static int face_step(const cone_program *program, cone_workspace *work, size_t c
     descent += work->slope_q[i] * work->slope_q[i];
     steepness += work->slope_l[i] * work->slope_l[i];
   }
-  double const lowest = fmax(point.quadratic - descent / 2, 0);
+  double const lowest = fmax(point.quadratic - descent / 2, 0) + point.smooth;
   double const room = 1 - 2 * steepness;
-  double t = 2e3 * (point.root + sqrt(point.size));
+  double t = 2e3 * (point.root + point.scale);
   if (room > 0) {
     t = fmin(t, 2 * sqrt(lowest / room));
   }
@@ -235,7 +246,7 @@ static void descend(const cone_program *program, cone_workspace *work, double *B
       return;
     }
     double const share = step_to_boundary(program, work, B);
-    *point = evaluate(program, work, B);
+    *point = evaluate(program, work, B, SMOOTHING);
     if (share >= 1) {
       return;
     }
@@ -255,12 +266,163 @@ static void normalise_blocks(const cone_program *program, double *B)
   }
 }
 
+/** Correct x = H^-1 g, in work->direction, so that each block of it sums to zero: x - H^-1 E' (E H^-1 E')^-1 E x. The
+ * factor of H is in work->reduced. */
+static int keep_sums(const cone_program *program, cone_workspace *work)
+{
+  size_t const n = program->count, blocks = program->block_count;
+  double *schur = work->schur, *response = work->response;
+  for (size_t b = 0; b < blocks; b++) {
+    double *column = response + b * n;
+    memset(column, 0, n * sizeof(double));
+    for (size_t i = program->offsets[b]; i < program->offsets[b + 1]; i++) {
+      column[i] = 1;
+    }
+    dense_cholesky_forward(n, work->reduced, column);
+  }
+  for (size_t a = 0; a < blocks; a++) {
+    for (size_t b = 0; b <= a; b++) {
+      schur[a * blocks + b] = dense_dot(n, response + a * n, response + b * n);
+    }
+    work->slope_l[a] = 0;
+    for (size_t i = program->offsets[a]; i < program->offsets[a + 1]; i++) {
+      work->slope_l[a] += work->direction[i];
+    }
+  }
+  if (!dense_cholesky(blocks, schur)) {
+    return 0;
+  }
+  dense_cholesky_forward(blocks, schur, work->slope_l);
+  dense_cholesky_backward(blocks, schur, work->slope_l);
+  memset(work->slope_q, 0, n * sizeof(double));
+  for (size_t b = 0; b < blocks; b++) {
+    dense_axpy(n, work->slope_l[b], response + b * n, work->slope_q);
+  }
+  dense_cholesky_backward(n, work->reduced, work->slope_q);
+  dense_axpy(n, -1, work->slope_q, work->direction);
+  return 1;
+}
+
+/** Newton's step for f - mu sum log B with the sums of the blocks kept, into work->direction. The Hessian of the root
+ * is Q / (2 s) - r r' / (4 s^3). Returns the squared Newton decrement, or -1 where the step could not be had. */
+static double barrier_step(const cone_program *program, cone_workspace *work, cone_point point, const double *B,
+                           double mu)
+{
+  size_t const n = program->count;
+  double decrement = 0;
+  for (size_t i = 0; i < n; i++) {
+    double const *Q = program->Q + i * n;
+    double const scaled = work->residual[i] / (4 * point.root * point.root * point.root);
+    for (size_t j = 0; j <= i; j++) {
+      work->reduced[i * n + j] = Q[j] / (2 * point.root) - scaled * work->residual[j];
+    }
+    work->reduced[i * n + i] += mu / (B[i] * B[i]);
+    work->direction[i] = -(work->gradient[i] - mu / B[i]);
+  }
+  if (!dense_cholesky(n, work->reduced)) {
+    return -1;
+  }
+  dense_cholesky_forward(n, work->reduced, work->direction);
+  dense_cholesky_backward(n, work->reduced, work->direction);
+  if (!keep_sums(program, work)) {
+    return -1;
+  }
+  for (size_t i = 0; i < n; i++) {
+    decrement -= work->direction[i] * (work->gradient[i] - mu / B[i]);
+  }
+  return decrement;
+}
+
+static double barrier_value(const cone_program *program, cone_point point, const double *B, double mu)
+{
+  double value = point.value;
+  for (size_t i = 0; i < program->count; i++) {
+    value -= mu * log(B[i]);
+  }
+  return value;
+}
+
+/** Go along work->direction, staying inside, until the barrier function falls. */
+static int barrier_search(const cone_program *program, cone_workspace *work, double mu, double smoothing,
+                          double decrement, double *B, cone_point *point)
+{
+  double share = 1;
+  for (size_t i = 0; i < program->count; i++) {
+    if (work->direction[i] < 0) {
+      share = fmin(share, -0.95 * B[i] / work->direction[i]);
+    }
+  }
+  double const before = barrier_value(program, *point, B, mu);
+  for (int halving = 0; halving < 30; halving++, share /= 2) {
+    for (size_t i = 0; i < program->count; i++) {
+      work->slope_q[i] = B[i] + share * work->direction[i];
+    }
+    cone_point const next = evaluate(program, work, work->slope_q, smoothing);
+    if (barrier_value(program, next, work->slope_q, mu) <= before - 1e-4 * share * decrement) {
+      memcpy(B, work->slope_q, program->count * sizeof(double));
+      *point = next;
+      return 1;
+    }
+  }
+  *point = evaluate(program, work, B, smoothing);
+  return 0;
+}
+
+/** Follow the central path from an interior point, root's smoothing and barrier falling together. B in and out. */
+static cone_point follow_path(const cone_program *program, cone_workspace *work, double tolerance, double *B)
+{
+  size_t const n = program->count;
+  cone_point point = evaluate(program, work, B, 1e-2);
+  double mu = fmax(point.gap, 1e-3 * point.scale) / (double)n;
+  double const last = tolerance * point.scale / (double)n;
+  for (int step = 0; step < BARRIER_STEPS && mu > last; step++) {
+    double const smoothing = fmax(SMOOTHING, fmin(1e-2, mu * (double)n / point.scale));
+    point = evaluate(program, work, B, smoothing);
+    double const decrement = barrier_step(program, work, point, B, mu);
+    if (decrement < 0 || (decrement > mu && !barrier_search(program, work, mu, smoothing, decrement, B, &point)) ||
+        decrement <= mu) {
+      mu *= BARRIER_FACTOR;
+    }
+  }
+  return evaluate(program, work, B, SMOOTHING);
+}
+
+/** From where faces got stuck: the interior solution, cleared of its dust, where that is better. */
+static void solve_inside(const cone_program *program, cone_workspace *work, double tolerance, double *B,
+                         cone_point *best)
+{
+  double *inner = work->inner;
+  for (size_t b = 0; b < program->block_count; b++) {
+    size_t const size = program->offsets[b + 1] - program->offsets[b];
+    for (size_t i = program->offsets[b]; i < program->offsets[b + 1]; i++) {
+      inner[i] = 0.7 * B[i] + 0.3 / (double)size;
+    }
+  }
+  cone_point const point = follow_path(program, work, tolerance, inner);
+  if (point.value >= best->value) {
+    best->gap = fmin(best->gap, fmax(best->value - point.value, 0) + point.gap);
+    return;
+  }
+  memcpy(B, inner, program->count * sizeof(double));
+  for (size_t i = 0; i < program->count; i++) {
+    B[i] = B[i] < DUST ? 0 : B[i];
+  }
+  normalise_blocks(program, B);
+  cone_point cleared = evaluate(program, work, B, SMOOTHING);
+  if (cleared.value > point.value + tolerance * point.scale) {
+    memcpy(B, inner, program->count * sizeof(double));
+    cleared = point;
+  }
+  cleared.gap = fmin(cleared.gap, fmax(cleared.value - point.value, 0) + point.gap);
+  *best = cleared;
+}
+
 void cone_solve(const cone_program *program, cone_workspace *work, double tolerance, double *B, cone_result *result)
 {
   *result = (cone_result){0};
-  cone_point point = evaluate(program, work, B);
+  cone_point point = evaluate(program, work, B, SMOOTHING);
   int only_steepest = 0;
-  while (point.gap > tolerance * sqrt(point.size) && result->factorings < FACE_CAP) {
+  while (point.gap > tolerance * point.scale && result->factorings < FACE_CAP) {
     double const before = point.value;
     for (size_t i = 0; i < program->count; i++) {
       work->is_free[i] = B[i] > 0;
@@ -274,8 +436,11 @@ void cone_solve(const cone_program *program, cone_workspace *work, double tolera
     }
     only_steepest = stalled;
   }
+  if (point.gap > STUCK * point.scale && program->count <= CONE_BARRIER_MAXIMUM) {
+    solve_inside(program, work, tolerance, B, &point);
+  }
   normalise_blocks(program, B);
-  result->value = point.value;
+  result->value = point.value - point.root + sqrt(point.quadratic);
   result->quadratic = point.quadratic;
   result->gap = point.gap;
 }

@@ -293,12 +293,13 @@ static void take(const group_rows *rows, size_t first, size_t last, size_t from,
 
 /** Put a turned group in place: its first `rank` rows hold exemplars. */
 static exm_status append_group(arena *owner, const group_factor *factor, const group_rows *rows, size_t shape_rank,
-                               size_t g, reduced_mesh *r)
+                               size_t g, double *rest_rows, reduced_mesh *r)
 {
   size_t const shape = r->shape_offsets[g], rest = r->rest_offsets[g], bound = r->constraint_count;
   memcpy(r->shapes + shape * rows->width, rows->E, shape_rank * rows->width * sizeof(double));
   take(rows, 0, shape_rank, r->rank, bound, r->Fx + shape * bound);
   take(rows, shape_rank, rows->count, r->rank, bound, r->Fr + rest * bound);
+  take(rows, shape_rank, rows->count, 0, r->rank + bound, rest_rows + rest * (r->rank + bound));
   r->shape_offsets[g + 1] = shape + shape_rank;
   r->rest_offsets[g + 1] = rest + rows->count - shape_rank;
   if (r->carrier_count == 0) {
@@ -352,12 +353,30 @@ static exm_status allocate_rows(arena *owner, const group_factor *factors, size_
   return EXM_OK;
 }
 
+/** The rest's rows [rest_rows][rank + constraints] matter only through their energy: keep the triangle of their QR. */
+static exm_status keep_rest_root(arena *owner, double *rest_rows, reduced_mesh *r)
+{
+  size_t const width = r->rank + r->constraint_count;
+  r->rest_root_rows = r->rest_rows < width ? r->rest_rows : width;
+  r->rest_root = ARENA_NEW(owner, double, r->rest_root_rows *width);
+  if (!r->rest_root) {
+    return status_no_memory("the reduced operators");
+  }
+  if (r->rest_root_rows > 0) {
+    TRY(dense_qr_factor(r->rest_rows, width, rest_rows));
+    memcpy(r->rest_root, rest_rows, r->rest_root_rows * width * sizeof(double));
+  }
+  return EXM_OK;
+}
+
 static exm_status turn_groups(arena *owner, const dictionary *d, const group_factor *factors, const double *U,
                               const double *F, size_t rows, reduced_mesh *r)
 {
   arena scratch = {0};
   double *coefficients = ARENA_NEW(&scratch, double, d->atom_count * r->exemplar_count * r->dimension);
-  exm_status status = coefficients ? allocate_rows(owner, factors, rows, r) : status_no_memory("the reduced operators");
+  double *rest_rows = ARENA_NEW(&scratch, double, rows *(r->rank + r->constraint_count));
+  exm_status status =
+      coefficients && rest_rows ? allocate_rows(owner, factors, rows, r) : status_no_memory("the reduced operators");
   if (status < 0) {
     goto done;
   }
@@ -373,12 +392,15 @@ static exm_status turn_groups(arena *owner, const dictionary *d, const group_fac
                                  &shape_rank);
     }
     if (status == EXM_OK) {
-      status = append_group(owner, &factors[g], &group, shape_rank, g, r);
+      status = append_group(owner, &factors[g], &group, shape_rank, g, rest_rows, r);
     }
     arena_release(&local);
   }
   r->shape_rows = r->shape_offsets[r->group_count];
   r->rest_rows = r->rest_offsets[r->group_count];
+  if (status == EXM_OK) {
+    status = keep_rest_root(owner, rest_rows, r);
+  }
 done:
   arena_release(&scratch);
   return status;

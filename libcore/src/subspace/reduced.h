@@ -30,6 +30,8 @@ typedef struct reduced_mesh {
   double *Ux, *Fx;             /* [shape_rows][rank], [shape_rows][constraint_count]; Ux NULL with carriers */
   double *Ur, *Fr;             /* [rest_rows][rank], [rest_rows][constraint_count]; Ur NULL with carriers */
   double *G;                   /* [shape_rows][shape_rows]; NULL with carriers */
+  size_t rest_root_rows;       /* the rest's energy is 1/2 |rest_root (u over c)|^2 */
+  double *rest_root;           /* [rest_root_rows][rank + constraint_count] */
   size_t carrier_count;        /* 0: none */
   size_t *carrier_offsets;     /* [G + 1] */
   uint32_t *carriers;          /* vertices of each group */
@@ -62,6 +64,10 @@ void reduced_to_shapes(const reduced_mesh *r, size_t width, const double *u, dou
  * rank][width]. */
 void reduced_respond(const reduced_mesh *r, size_t width, const double *X, double *scratch, double *shapes,
                      double *rest);
+
+/** Energy of the pose u under c in the rows where no exemplar lives, as a sum of squares: exact near zero, where the
+ *  difference of totals is not. */
+double reduced_rest_energy(const reduced_mesh *r, const double *u, const double *c);
 
 /** G [shape_rows][shape_rows], with carriers or without. scratch [carrier_count][shape_rows]. */
 void reduced_green(const reduced_mesh *r, double *scratch, double *G);

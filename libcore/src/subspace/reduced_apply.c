@@ -102,6 +102,21 @@ void reduced_respond(const reduced_mesh *r, size_t width, const double *X, doubl
   spread(r, width, r->rest_offsets, r->carried_rest, points, rest);
 }
 
+double reduced_rest_energy(const reduced_mesh *r, const double *u, const double *c)
+{
+  size_t const d = r->dimension, width = r->rank + r->constraint_count;
+  double energy = 0;
+  for (size_t i = 0; i < r->rest_root_rows; i++) {
+    double of_u[3], of_c[3];
+    dense_times(1, r->rank, d, r->rest_root + i * width, u, of_u);
+    dense_times(1, r->constraint_count, d, r->rest_root + i * width + r->rank, c, of_c);
+    for (size_t k = 0; k < d; k++) {
+      energy += (of_u[k] + of_c[k]) * (of_u[k] + of_c[k]) / 2;
+    }
+  }
+  return energy;
+}
+
 void reduced_green(const reduced_mesh *r, double *scratch, double *G)
 {
   size_t const rows = r->shape_rows;
