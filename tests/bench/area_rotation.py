@@ -10,42 +10,55 @@ from measure import Worker, interleave, timed
 from peers import program
 
 COUNT = 20000
-ROW = "rotation/batch/fit3"
 
 
 def run(bench):
-    bench.run([ROW, f"{ROW}_eigen"], _measure)
+    for row, make in (
+        ("rotation/batch/fit3", stretched_rotations),
+        ("rotation/batch/fit3_random", random_matrices),
+    ):
+        bench.run([row, f"{row}_eigen"], lambda bench, r=row, m=make: _measure(bench, r, m()))
 
 
-def _measure(bench):
-    generator = numpy.random.default_rng(1)
-    matrices = generator.normal(size=(COUNT, 3, 3))
+def random_matrices():
+    """Half of them inverted: the worst that may come."""
+    return numpy.random.default_rng(1).normal(size=(COUNT, 3, 3))
+
+
+def stretched_rotations():
+    """What local steps have: a turn, a stretch, a little noise."""
+    generator = numpy.random.default_rng(2)
+    stretches = numpy.eye(3) * generator.uniform(0.3, 3, (COUNT, 1, 3))
+    return closest(random_matrices()) @ stretches + generator.normal(0, 0.05, (COUNT, 3, 3))
+
+
+def _measure(bench, row, matrices):
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "rotation.bin"
         with open(file, "wb") as out:
             out.write(numpy.int64(COUNT).tobytes() + matrices.tobytes())
         with Worker(bench.build / "library" / "tests" / "bench_rotation", file) as worker:
-            _against_numpy(bench, worker, matrices)
-            _against_eigen(bench, worker, file)
+            _against_numpy(bench, row, worker, matrices)
+            _against_eigen(bench, row, worker, file)
 
 
-def _against_numpy(bench, worker, matrices):
+def _against_numpy(bench, row, worker, matrices):
     same = _traces_agree(worker.ask("trace")[0], (matrices * closest(matrices)).sum())
     numpy_seconds = timed(closest, matrices)
     ours, peer = interleave(
         bench.repeats(21, 7), worker.seconds("go"), lambda: numpy_seconds() / COUNT
     )
-    bench.add(ROW, ours * 1e9, peer * 1e9, "ns", "numpy.linalg.svd, batched", same)
+    bench.add(row, ours * 1e9, peer * 1e9, "ns", "numpy.linalg.svd, batched", same)
 
 
-def _against_eigen(bench, worker, file):
+def _against_eigen(bench, row, worker, file):
     path = program(bench, "eigen_rotation")
-    if path is None or not bench.wants(f"{ROW}_eigen"):
+    if path is None or not bench.wants(f"{row}_eigen"):
         return
     with Worker(path, file) as other:
         same = _traces_agree(worker.ask("trace")[0], other.ask("trace")[0])
         ours, peer = interleave(bench.repeats(21, 7), worker.seconds("go"), other.seconds("go"))
-    bench.add(f"{ROW}_eigen", ours * 1e9, peer * 1e9, "ns", "Eigen JacobiSVD", same)
+    bench.add(f"{row}_eigen", ours * 1e9, peer * 1e9, "ns", "Eigen JacobiSVD", same)
 
 
 def _traces_agree(ours, theirs):

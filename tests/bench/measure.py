@@ -4,12 +4,14 @@
 import json
 import statistics
 import subprocess
+import threading
 import time
 import traceback
 
 from inputs import Missing
 
-PREFIX = "= "  # what a worker answers begins so; everything else it prints is chatter
+PREFIX = "="  # what a worker answers begins so; everything else it prints is chatter
+PATIENCE = 300  # seconds for one answer
 
 
 class Bench:
@@ -144,7 +146,11 @@ class Worker:
             stderr=subprocess.STDOUT,
             text=True,
         )
-        self._answer()
+        try:
+            self._answer()
+        except BaseException:
+            self.process.kill()
+            raise
 
     def ask(self, command):
         """The numbers answered."""
@@ -158,10 +164,15 @@ class Worker:
 
     def _answer(self):
         chatter = []
-        for line in self.process.stdout:
-            if line.startswith(PREFIX):
-                return [float(word) for word in line[len(PREFIX) :].split()]
-            chatter.append(line)
+        watchdog = threading.Timer(PATIENCE, self.process.kill)
+        watchdog.start()
+        try:
+            for line in self.process.stdout:
+                if line.startswith(PREFIX):
+                    return [float(word) for word in line[len(PREFIX) :].split()]
+                chatter.append(line)
+        finally:
+            watchdog.cancel()
         raise RuntimeError(f"{self.command[0]} ended early:\n{''.join(chatter[-20:])}")
 
     def __enter__(self):
