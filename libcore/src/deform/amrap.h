@@ -50,7 +50,8 @@ typedef struct amrap {
   double *turned;                    /* [columns] Z, each [rows of its group][d] */
   double *turned_G;                  /* [shape_rows][d] */
   double *mixed_u;                   /* [rank][d] where the rotations were fitted */
-  double *y_start, *u_start;         /* [shape_rows][d], [rank][d] the pose of the blend that the search starts at */
+  double *rest_scratch;              /* [2 (rank + constraints)][d] */
+  double *misfit;                    /* [shape_rows][d] y - X where the search starts */
   double *damped_u;                  /* [rank][d] */
   double *global_u;                  /* [rank][S d] */
   double *saved_u, *saved_B, *slope; /* [rank][d], [G][S], [rank][d] */

@@ -51,7 +51,7 @@ void amrap_fit_rotations(amrap *a)
 
 double amrap_elastic_energy(const amrap *a, const double *u, const double *y, const double *X)
 {
-  double energy = reduced_rest_energy(&a->reduced, u, a->c);
+  double energy = reduced_rest_energy(&a->reduced, u, a->c, a->rest_scratch);
   for (size_t i = 0; i < a->reduced.shape_rows * a->reduced.dimension; i++) {
     energy += (y[i] - X[i]) * (y[i] - X[i]) / 2;
   }
@@ -116,10 +116,15 @@ static double change_of(const amrap *a)
   return sqrt(sum) / a->reduced.size;
 }
 
+static int wants_history(const exm_solve_report *report)
+{
+  return report->history && report->history_count < report->history_capacity;
+}
+
 static void record(exm_solve_report *report, double objective)
 {
   report->iterations++;
-  if (report->history && report->history_count < report->history_capacity) {
+  if (wants_history(report)) {
     report->history[report->history_count++] = objective;
   }
 }
@@ -160,8 +165,7 @@ static void descend_plain(amrap *a, const amrap_options *options, exm_solve_repo
   anderson_reset(&a->mixing);
   while (report->iterations < options->iterations) {
     amrap_solve_blend(a, options, NULL, result);
-    double const objective = amrap_objective(a, options, NULL);
-    record(report, objective);
+    record(report, wants_history(report) ? amrap_objective(a, options, NULL) : 0);
     double const change = report->iterations > 1 ? change_of(a) : INFINITY;
     if (!options->has_rotations || change <= options->tolerance) {
       report->converged = 1;

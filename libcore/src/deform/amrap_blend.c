@@ -158,15 +158,20 @@ static void pose_of(amrap *a, const amrap_damping *damping, const double *X, dou
   dense_axpy(r->shape_rows * d, 1, a->Fxc, y);
 }
 
-/** The program's constant: what is minimised, at the blend that the search starts at. Its pose is left in u_start,
- * y_start: the program's linear part is <Z_i, X - y>. */
-static double start(amrap *a, const amrap_damping *damping)
+/** X, u and y of the blend weights as they are. */
+static void pose(amrap *a, const amrap_damping *damping)
 {
   amrap_blend_shapes(a);
-  pose_of(a, damping, a->X, a->u_start, a->y_start);
-  double energy = amrap_elastic_energy(a, a->u_start, a->y_start, a->X);
+  pose_of(a, damping, a->X, a->u, a->y);
+}
+
+/** The program's constant: what is minimised, at the pose that the search starts at. The linear part is <Z_i, X - y>.
+ */
+static double start(amrap *a, const amrap_damping *damping)
+{
+  double energy = amrap_elastic_energy(a, a->u, a->y, a->X);
   for (size_t i = 0; i < a->reduced.rank * a->reduced.dimension && is_damped(damping); i++) {
-    double const step = a->u_start[i] - damping->u0[i];
+    double const step = a->u[i] - damping->u0[i];
     energy += damping->slope[i] * step + damping->mu * step * step / 2;
   }
   return fmax(energy, 0);
@@ -205,7 +210,7 @@ static double assemble_local(amrap *a, const amrap_options *options, const amrap
   double constant = start(a, damping);
   turn_columns(a, count);
   for (size_t i = 0; i < r->shape_rows * d; i++) {
-    a->y_start[i] -= a->X[i];
+    a->misfit[i] = a->y[i] - a->X[i];
   }
   for (size_t i = 0; i < count; i++) {
     size_t const g = a->column_group[i], s = a->column_shape[i];
@@ -218,7 +223,7 @@ static double assemble_local(amrap *a, const amrap_options *options, const amrap
       }
       a->Q[i * count + j] = a->Q[j * count + i] = value;
     }
-    a->p[i] = dense_dot(rows_of(r, g) * d, turned, a->y_start + r->shape_offsets[g] * d);
+    a->p[i] = dense_dot(rows_of(r, g) * d, turned, a->misfit + r->shape_offsets[g] * d);
     a->l[i] = options->lambda * sqrt(a->D[g * S + s]);
   }
   for (size_t i = 0; i < count; i++) {
@@ -256,12 +261,12 @@ static double assemble_global(amrap *a, const amrap_options *options, const amra
   turn_exemplars(a, options, turned);
   reduced_to_basis(r, width, turned, a->carried, in_basis);
   for (size_t i = 0; i < r->shape_rows * d; i++) {
-    a->y_start[i] -= a->X[i];
+    a->misfit[i] = a->y[i] - a->X[i];
   }
   for (size_t s = 0; s < S; s++) {
     for (size_t i = 0; i < r->shape_rows; i++) {
       const double *row = turned + i * width;
-      a->p[s] += dense_dot(d, row + s * d, a->y_start + i * d);
+      a->p[s] += dense_dot(d, row + s * d, a->misfit + i * d);
       for (size_t t = 0; t <= s; t++) {
         a->Q[s * S + t] += dense_dot(d, row + s * d, row + t * d);
       }
@@ -321,12 +326,6 @@ static void solve_local(amrap *a, const amrap_options *options, const amrap_damp
   for (size_t i = 0; i < count; i++) {
     a->B[a->column_group[i] * S + a->column_shape[i]] = a->unknown[i];
   }
-}
-
-static void pose(amrap *a, const amrap_damping *damping)
-{
-  amrap_blend_shapes(a);
-  pose_of(a, damping, a->X, a->u, a->y);
 }
 
 /** Gradient of the objective by B_gs at the pose: <Z_gs, X_g - y_g> / (2 sqrt(E_d)) + lambda sqrt(D_gs). */
@@ -413,6 +412,7 @@ static void solve_working_set(amrap *a, const amrap_options *options, const amra
   for (size_t g = 0; g < r->group_count; g++) {
     start_working_set(a, g);
   }
+  pose(a, damping);
   int const rounds = r->carrier_count && options->is_warm ? WORKING_SET_ROUNDS_LARGE : WORKING_SET_ROUNDS;
   for (int round = 0; round < rounds; round++) {
     solve_local(a, options, damping, a->wanted, result);
@@ -428,10 +428,13 @@ void amrap_solve_blend(amrap *a, const amrap_options *options, const amrap_dampi
   static const amrap_damping none = {0};
   const reduced_mesh *r = &a->reduced;
   damping = damping ? damping : &none;
+  if (!options->is_global && r->exemplar_count > AMRAP_ALL_SHAPES) {
+    solve_working_set(a, options, damping, result);
+    return;
+  }
+  pose(a, damping);
   if (options->is_global) {
     solve_global(a, options, damping, result);
-  } else if (r->exemplar_count > AMRAP_ALL_SHAPES) {
-    solve_working_set(a, options, damping, result);
   } else {
     solve_local(a, options, damping, NULL, result);
   }

@@ -92,8 +92,8 @@ static exm_status state(arena *owner, amrap *a)
   a->single_rest = ARENA_NEW(owner, double, r->rest_rows *S *d);
 
   a->turned_G = ARENA_NEW(owner, double, rows *d);
-  a->y_start = ARENA_NEW(owner, double, rows *d);
-  a->u_start = ARENA_NEW(owner, double, r->rank *d);
+  a->misfit = ARENA_NEW(owner, double, rows *d);
+  a->rest_scratch = ARENA_NEW(owner, double, 2 * (r->rank + r->constraint_count) * d);
   a->damped_u = ARENA_NEW(owner, double, r->rank *d);
   a->global_u = ARENA_NEW(owner, double, r->rank *S *d);
   a->saved_u = ARENA_NEW(owner, double, r->rank *d);
@@ -104,8 +104,8 @@ static exm_status state(arena *owner, amrap *a)
   a->mixed_u = ARENA_NEW(owner, double, r->rank *d);
   a->wanted = ARENA_NEW(owner, unsigned char, G *S);
   if (!a->c || !a->Fxc || !a->single_rotations || !a->carried || !a->D || !a->rotations || !a->B || !a->u || !a->y ||
-      !a->X || !a->fit || !a->single_blend || !a->single_shapes || !a->single_rest || !a->turned_G || !a->y_start ||
-      !a->u_start || !a->damped_u || !a->global_u || !a->saved_u || !a->slope || !a->saved_B || !a->fit_image ||
+      !a->X || !a->fit || !a->single_blend || !a->single_shapes || !a->single_rest || !a->turned_G || !a->misfit ||
+      !a->rest_scratch || !a->damped_u || !a->global_u || !a->saved_u || !a->slope || !a->saved_B || !a->fit_image ||
       !a->fit_fallback || !a->mixed_u || !a->wanted) {
     return status_no_memory("the deformer");
   }

@@ -66,8 +66,8 @@ void reduced_respond(const reduced_mesh *r, size_t width, const double *X, doubl
                      double *rest);
 
 /** Energy of the pose u under c in the rows where no exemplar lives, as a sum of squares: exact near zero, where the
- *  difference of totals is not. */
-double reduced_rest_energy(const reduced_mesh *r, const double *u, const double *c);
+ *  difference of totals is not. scratch [2 (rank + constraints)][d]. */
+double reduced_rest_energy(const reduced_mesh *r, const double *u, const double *c, double *scratch);
 
 /** G [shape_rows][shape_rows], with carriers or without. scratch [carrier_count][shape_rows]. */
 void reduced_green(const reduced_mesh *r, double *scratch, double *G);

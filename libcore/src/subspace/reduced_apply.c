@@ -102,19 +102,14 @@ void reduced_respond(const reduced_mesh *r, size_t width, const double *X, doubl
   spread(r, width, r->rest_offsets, r->carried_rest, points, rest);
 }
 
-double reduced_rest_energy(const reduced_mesh *r, const double *u, const double *c)
+double reduced_rest_energy(const reduced_mesh *r, const double *u, const double *c, double *scratch)
 {
   size_t const d = r->dimension, width = r->rank + r->constraint_count;
-  double energy = 0;
-  for (size_t i = 0; i < r->rest_root_rows; i++) {
-    double of_u[3], of_c[3];
-    dense_times(1, r->rank, d, r->rest_root + i * width, u, of_u);
-    dense_times(1, r->constraint_count, d, r->rest_root + i * width + r->rank, c, of_c);
-    for (size_t k = 0; k < d; k++) {
-      energy += (of_u[k] + of_c[k]) * (of_u[k] + of_c[k]) / 2;
-    }
-  }
-  return energy;
+  double *of_pose = scratch + width * d;
+  memcpy(scratch, u, r->rank * d * sizeof(double));
+  memcpy(scratch + r->rank * d, c, r->constraint_count * d * sizeof(double));
+  dense_times(r->rest_root_rows, width, d, r->rest_root, scratch, of_pose);
+  return dense_dot(r->rest_root_rows * d, of_pose, of_pose) / 2;
 }
 
 void reduced_green(const reduced_mesh *r, double *scratch, double *G)
