@@ -170,9 +170,10 @@ static void pose(amrap *a, const amrap_damping *damping)
 static double start(amrap *a, const amrap_damping *damping)
 {
   double energy = amrap_elastic_energy(a, a->u, a->y, a->X);
-  for (size_t i = 0; i < a->reduced.rank * a->reduced.dimension && is_damped(damping); i++) {
-    double const step = a->u[i] - damping->u0[i];
-    energy += damping->slope[i] * step + damping->mu * step * step / 2;
+  const double *u0 = damping->u0, *slope = damping->slope;
+  for (size_t i = 0; i < a->reduced.rank * a->reduced.dimension && u0 && slope; i++) {
+    double const step = a->u[i] - u0[i];
+    energy += (slope[i] * step + damping->mu * step * step / 2) * (damping->mu > 0);
   }
   return fmax(energy, 0);
 }
