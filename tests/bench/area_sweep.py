@@ -22,9 +22,11 @@ QUANTITIES = ("frame", "frame_stateless", "positions", "bind")
 
 def run(bench):
     points = []
-    for sweep, sizes in SWEEPS.items():
+    for sweep, sizes in (QUICK if bench.quick else SWEEPS).items():
         rows = [row_of(sweep, size, what) for size in sizes for what in QUANTITIES]
-        bench.run(rows, lambda bench, sweep=sweep: points.extend(_sweep(bench, sweep)))
+        bench.run(
+            rows, lambda bench, sweep=sweep, sizes=sizes: points.extend(_sweep(bench, sweep, sizes))
+        )
     if points:
         figure.write(bench.build / "sweep", points, QUANTITIES)
 
@@ -34,9 +36,9 @@ def row_of(sweep, size, what):
     return f"amrap/sweep/{sweep}{size}_{what}"
 
 
-def _sweep(bench, sweep):
+def _sweep(bench, sweep, sizes):
     points = []
-    for size in (QUICK if bench.quick else SWEEPS)[sweep]:
+    for size in sizes:
         wanted = [what for what in QUANTITIES if bench.wants(row_of(sweep, size, what))]
         # The first of a sweep is what the others are compared with.
         if not wanted and points:

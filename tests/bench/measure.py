@@ -65,7 +65,7 @@ class Bench:
             why = "the measurement failed, as above"
             self.failed += self._left_of(wanted)
         for name in self._left_of(wanted):
-            print(f"skip {name}: {why or 'not measured in this mode'}", flush=True)
+            print(f"skip {name}: {why or 'its peer is not there'}", flush=True)
 
     def _left_of(self, names):
         done = {row["name"] for row in self.rows}
