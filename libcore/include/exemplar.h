@@ -191,7 +191,8 @@ typedef struct exm_handles {
  *
  * handles   at least one on every connected part of the mesh; kinds are not looked at
  * progress  may be NULL
- * weights   [H][V] out; exactly 1 and 0 on the handles' vertices; columns sum to 1 to rounding
+ * weights   [H][V] out; exactly 1 and 0 on the handles' vertices; columns sum to 1 to rounding;
+ *           those below about 1e-5 are left out
  *
  * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_UNCONSTRAINED, EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY,
  * EXM_ERROR_NUMERIC. EXM_WARNING_NOT_CONVERGED where the iteration cap was met; the weights still satisfy every

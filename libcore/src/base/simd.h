@@ -9,4 +9,11 @@
 #  define SIMD_CLONES
 #endif
 
+/* What clones call must be compiled again with them. */
+#if defined(__GNUC__)
+#  define INLINE static inline __attribute__((always_inline))
+#else
+#  define INLINE static inline
+#endif
+
 #endif

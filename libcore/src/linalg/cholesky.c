@@ -15,12 +15,6 @@
 
 #include "base/simd.h"
 
-#if defined(__GNUC__)
-#  define INLINE static inline __attribute__((always_inline))
-#else
-#  define INLINE static inline
-#endif
-
 struct cholesky {
   cholmod_common common;
   cholmod_factor *factor;

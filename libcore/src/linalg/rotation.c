@@ -25,12 +25,6 @@
 #  pragma GCC optimize("no-trapping-math")
 #endif
 
-#if defined(__GNUC__)
-#  define INLINE static inline __attribute__((always_inline))
-#else
-#  define INLINE static inline
-#endif
-
 enum { LANES = 32, NEWTON_STEPS = 8, JACOBI_SWEEPS = 24 };
 
 /* Matrices outside this range would under- or overflow in the quartic; the Jacobi path rescales them. */

@@ -21,12 +21,6 @@ enum {
   VECTOR = 16          /* floats; centres are padded to a multiple of it */
 };
 
-#if defined(__GNUC__)
-#  define INLINE static inline __attribute__((always_inline))
-#else
-#  define INLINE static inline
-#endif
-
 typedef struct clusterer {
   const float *rows;
   const double *masses;

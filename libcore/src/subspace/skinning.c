@@ -47,13 +47,11 @@ struct skinning {
 /* Lanes are worked on in pieces of the width of a vector type; where there are none, one by one. The expressions are
  * the same. */
 #if defined(__GNUC__)
-#  define INLINE static inline __attribute__((always_inline))
 typedef float floats __attribute__((vector_size(64), may_alias));
 typedef double doubles __attribute__((vector_size(64), may_alias));
 typedef float half_floats __attribute__((vector_size(32), may_alias));
 #  define WIDEN(values) __builtin_convertvector(values, doubles)
 #else
-#  define INLINE static inline
 typedef float floats, half_floats;
 typedef double doubles;
 #  define WIDEN(values) ((doubles)(values))
