@@ -16,8 +16,8 @@
 #include "subspace/reduced.h"
 
 /* Up to this many exemplars the cone program holds every blend weight; above, a working set of a few a group, since few
- * are in use at an optimum. */
-enum { AMRAP_ALL_SHAPES = 3, AMRAP_COLUMNS_PER_GROUP = 6 };
+ * are in use at an optimum: that many a group, or more where all groups have no more than AMRAP_COLUMNS. */
+enum { AMRAP_ALL_SHAPES = 3, AMRAP_COLUMNS_PER_GROUP = 8, AMRAP_COLUMNS = 256 };
 
 typedef struct amrap {
   reduced_mesh reduced;
@@ -59,6 +59,8 @@ typedef struct amrap {
   /* The cone program of the current iteration; where vertices carry proxies, its columns in those as well. */
   double *turned_carried, *green_rows, *columns_G;
   size_t *carried_offsets;
+  size_t columns_per_group;
+  double *slopes;      /* [S] */
   size_t column_limit; /* unknowns it may have */
   size_t *column_group, *column_shape, *turned_offsets, *block_offsets;
   double *Q, *p, *l, *unknown;

@@ -14,7 +14,7 @@ static double const CONE_TOLERANCE = 1e-9;
 static double const TIE_BREAK = 1e-6;
 /* Rounds of adding exemplars to the working set; the next iteration goes on where these were not enough, and the gap
  * that is reported says so. */
-enum { WORKING_SET_ROUNDS = 4, WORKING_SET_ROUNDS_LARGE = 2, COLUMNS_PER_GROUP = AMRAP_COLUMNS_PER_GROUP };
+enum { WORKING_SET_ROUNDS = 4, WORKING_SET_ROUNDS_LARGE = 2, WORKING_SET_ROUNDS_ONLY = 60 };
 
 static size_t rows_of(const reduced_mesh *r, size_t g)
 {
@@ -344,39 +344,53 @@ static double gradient(const amrap *a, const amrap_options *options, double root
   return slope / (2 * root) + options->lambda * sqrt(a->D[g * r->exemplar_count + s]);
 }
 
-/** Keep the exemplars in use, and want in each group the one whose use would lower the objective most. Adds to *gap
- * what the program over the working set did not see; returns how many are new. */
+/** Keep the exemplars in use in group g, and want the two besides whose use would lower the objective most. slopes [S]:
+ * the gradient there. Returns how many are new. */
+static size_t extend_group(amrap *a, size_t g, const double *slopes)
+{
+  size_t const S = a->reduced.exemplar_count;
+  unsigned char *wanted = a->wanted + g * S;
+  double within = DBL_MAX;
+  size_t used = 0, added = 0;
+  for (size_t s = 0; s < S; s++) {
+    within = wanted[s] ? fmin(within, slopes[s]) : within;
+    wanted[s] = a->B[g * S + s] > 0;
+    used += wanted[s];
+  }
+  for (; added < 2 && used + added < a->columns_per_group; added++) {
+    size_t best = S;
+    for (size_t s = 0; s < S; s++) {
+      if (!wanted[s] && slopes[s] < within - CONE_TOLERANCE * a->reduced.size &&
+          (best == S || slopes[s] < slopes[best])) {
+        best = s;
+      }
+    }
+    if (best == S) {
+      break;
+    }
+    wanted[best] = 1;
+  }
+  return added;
+}
+
+/** Extend the working set of every group. *gap: that of the whole program. Returns how many are new. */
 static size_t extend(amrap *a, const amrap_options *options, const cone_result *result, double *gap)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const S = r->exemplar_count;
-  double const root = fmax(sqrt(result->quadratic), 1e-8 * r->size);
+  double const root = fmax(sqrt(result->quadratic), 1e-9 * r->size);
+  double *slopes = a->slopes;
   size_t added = 0;
   *gap = 0;
   for (size_t g = 0; g < r->group_count; g++) {
-    double mean = 0, lowest = DBL_MAX, within = DBL_MAX;
-    size_t best = 0;
+    double lowest = DBL_MAX;
     for (size_t s = 0; s < S; s++) {
-      double const slope = gradient(a, options, root, g, s);
-      mean += a->B[g * S + s] * slope;
-      if (slope < lowest) {
-        lowest = slope;
-        best = s;
-      }
-      if (a->wanted[g * S + s]) {
-        within = fmin(within, slope);
-      }
+      slopes[s] = gradient(a, options, root, g, s);
+      *gap += a->B[g * S + s] * slopes[s];
+      lowest = fmin(lowest, slopes[s]);
     }
-    *gap += mean - lowest;
-    size_t used = 0;
-    for (size_t s = 0; s < S; s++) {
-      a->wanted[g * S + s] = a->B[g * S + s] > 0;
-      used += a->wanted[g * S + s];
-    }
-    if (lowest < within - CONE_TOLERANCE * r->size && used < COLUMNS_PER_GROUP) {
-      a->wanted[g * S + best] = 1;
-      added++;
-    }
+    *gap -= lowest;
+    added += extend_group(a, g, slopes);
   }
   return added;
 }
@@ -395,7 +409,7 @@ static void start_working_set(amrap *a, size_t g)
     for (size_t t = 0; t < S; t++) {
       larger += B[t] > B[s] || (B[t] == B[s] && t < s);
     }
-    wanted[s] = B[s] > 0 && larger < COLUMNS_PER_GROUP - 1;
+    wanted[s] = B[s] > 0 && larger < a->columns_per_group - 1;
     B[s] = wanted[s] ? B[s] : 0;
     sum += B[s];
     nearest = a->D[g * S + s] < a->D[g * S + nearest] ? s : nearest;
@@ -414,7 +428,9 @@ static void solve_working_set(amrap *a, const amrap_options *options, const amra
     start_working_set(a, g);
   }
   pose(a, damping);
-  int const rounds = r->carrier_count && options->is_warm ? WORKING_SET_ROUNDS_LARGE : WORKING_SET_ROUNDS;
+  int const rounds = !options->has_rotations                ? WORKING_SET_ROUNDS_ONLY
+                     : r->carrier_count && options->is_warm ? WORKING_SET_ROUNDS_LARGE
+                                                            : WORKING_SET_ROUNDS;
   for (int round = 0; round < rounds; round++) {
     solve_local(a, options, damping, a->wanted, result);
     pose(a, damping);
@@ -429,7 +445,10 @@ void amrap_solve_blend(amrap *a, const amrap_options *options, const amrap_dampi
   static const amrap_damping none = {0};
   const reduced_mesh *r = &a->reduced;
   damping = damping ? damping : &none;
-  if (!options->is_global && r->exemplar_count > AMRAP_ALL_SHAPES) {
+  /* Without rotations this is the only program, and it should be solved outright where there is room. */
+  int const has_room = a->columns_per_group == r->exemplar_count;
+  int const takes_all = r->exemplar_count <= AMRAP_ALL_SHAPES || (has_room && !options->has_rotations);
+  if (!options->is_global && !takes_all) {
     solve_working_set(a, options, damping, result);
     return;
   }

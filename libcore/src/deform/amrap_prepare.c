@@ -113,23 +113,26 @@ static exm_status state(arena *owner, amrap *a)
   return anderson_create(owner, r->rank * d, DEPTH, &a->mixing);
 }
 
-static size_t limit_per_group(const amrap *a)
+static size_t columns_per_group(const reduced_mesh *r)
 {
-  size_t const S = a->reduced.exemplar_count;
-  return S < AMRAP_COLUMNS_PER_GROUP ? S : AMRAP_COLUMNS_PER_GROUP;
+  size_t const share = AMRAP_COLUMNS / r->group_count;
+  size_t const most = share > AMRAP_COLUMNS_PER_GROUP ? share : AMRAP_COLUMNS_PER_GROUP;
+  return r->exemplar_count < most ? r->exemplar_count : most;
 }
 
 static exm_status blend_program(arena *owner, amrap *a)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const S = r->exemplar_count;
-  size_t const local = r->group_count * limit_per_group(a);
+  a->columns_per_group = columns_per_group(r);
+  a->slopes = ARENA_NEW(owner, double, S);
+  size_t const local = r->group_count * a->columns_per_group;
   size_t const limit = local > S ? local : S; /* or one global blend */
   size_t turned = 0, carried = 0, longest = 0;
   for (size_t g = 0; g < r->group_count; g++) {
     size_t const carriers = r->carrier_count ? r->carrier_offsets[g + 1] - r->carrier_offsets[g] : 0;
-    turned += (r->shape_offsets[g + 1] - r->shape_offsets[g]) * limit_per_group(a) * r->dimension;
-    carried += carriers * limit_per_group(a) * r->dimension;
+    turned += (r->shape_offsets[g + 1] - r->shape_offsets[g]) * a->columns_per_group * r->dimension;
+    carried += carriers * a->columns_per_group * r->dimension;
     longest = carriers > longest ? carriers : longest;
   }
   a->column_limit = limit;
@@ -146,8 +149,9 @@ static exm_status blend_program(arena *owner, amrap *a)
   a->p = ARENA_NEW(owner, double, limit);
   a->l = ARENA_NEW(owner, double, limit);
   a->unknown = ARENA_NEW(owner, double, limit);
-  if (!a->turned || !a->turned_carried || !a->carried_offsets || !a->green_rows || !a->columns_G || !a->column_group ||
-      !a->column_shape || !a->turned_offsets || !a->block_offsets || !a->Q || !a->p || !a->l || !a->unknown) {
+  if (!a->turned || !a->turned_carried || !a->carried_offsets || !a->slopes || !a->green_rows || !a->columns_G ||
+      !a->column_group || !a->column_shape || !a->turned_offsets || !a->block_offsets || !a->Q || !a->p || !a->l ||
+      !a->unknown) {
     return status_no_memory("the deformer");
   }
   return cone_workspace_create(owner, limit, &a->cone);
