@@ -56,10 +56,20 @@ class Failure(Exception):
         self.code = code
 
 
-class Interrupted(BaseException):
-    def __init__(self, number):
-        super().__init__()
-        self.code = 128 + number
+class Interruption:
+    """A signal that has arrived. It is looked at between frames: raised from the signal handler, an
+    exception would end in whatever Blender is calling just then, which prints it and goes on."""
+
+    number = 0
+
+    @classmethod
+    def note(cls, number, _frame):
+        cls.number = number
+
+    @classmethod
+    def check(cls):
+        if cls.number:
+            raise Failure(128 + cls.number, "interrupted")
 
 
 # --------------------------------------------------------------------------------------- arguments
@@ -199,6 +209,7 @@ def bake(options, addon):
     with contextlib.closing(job.run(obj, scene, view_layer, settings)) as steps:
         result = exhaust(steps, options.quiet)
     print(result.message)
+    Interruption.check()
     if options.save_blend:
         save(os.path.abspath(options.save_blend))
     return DONE
@@ -248,6 +259,7 @@ def exhaust(steps, quiet):
             progress = next(steps)
         except StopIteration as stop:
             return stop.value
+        Interruption.check()
         if not quiet:
             print(f"Frame {progress.frame} ({progress.done} of {progress.total})", flush=True)
 
@@ -284,14 +296,10 @@ def run(options):
         raise Failure(SOLVE_FAILED, str(error)) from error
 
 
-def interrupt(number, _frame):
-    raise Interrupted(number)
-
-
 def main(arguments):
     """The exit code; whatever goes wrong is on stderr by then."""
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, interrupt)
+        signal.signal(number, Interruption.note)
     if hasattr(signal, "SIGXFSZ"):
         # A file over the user's limit is to be an error of that file, not the end of Blender.
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -302,9 +310,6 @@ def main(arguments):
     except Failure as failure:
         print(f"exemplar: {failure}", file=sys.stderr)
         return failure.code
-    except Interrupted as interrupted:
-        print("exemplar: interrupted", file=sys.stderr)
-        return interrupted.code
     except Exception:
         traceback.print_exc()
         return UNEXPECTED

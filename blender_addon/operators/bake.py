@@ -110,7 +110,7 @@ class EXEMPLAR_OT_bake(BakeOptions, ExemplarOperator, bpy.types.Operator):
 
     def _succeed(self, context, result):
         status.forget(rigs.active_rig(context))
-        self.report({"WARNING"} if result.unconverged else {"INFO"}, result.message)
+        self.report({"INFO"}, result.message)
         return {"FINISHED"}
 
     def _show(self, context, text):

@@ -209,7 +209,7 @@ class CommandLine(unittest.TestCase):
         )  # fmt: skip
 
     def test_5_disk_full(self):
-        """A disk of 16 kB, where there is no right to make one: a limit on the size of files."""
+        """A disk of 16 kB."""
         disk = self.folder / "disk"
         disk.mkdir()
         out = disk / "a.pc2"
@@ -249,9 +249,9 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(len(list(folder.iterdir())), 1)
             process.send_signal(signal.SIGTERM)
             began = time.monotonic()
-            process.stdout.read()
-            self.assertEqual(process.wait(timeout=30), 143)
-            self.assertLess(time.monotonic() - began, 10)
+            _, errors = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 143, errors)
+            self.assertLess(time.monotonic() - began, 20)
         self.assertEqual(list(folder.iterdir()), [])
 
 
@@ -259,10 +259,10 @@ def _small_disk(folder):
     """A command that runs another one with a very small disk at `folder`, and lists it at the end:
     the disk is there for that command only."""
     mount = f"mount -t tmpfs -o size=16k none '{folder}'"
-    within = f"""{{}} && "$@"; code=$?; ls -A '{folder}'; exit $code"""
-    if subprocess.run(["unshare", "-rm", "sh", "-c", mount], capture_output=True).returncode == 0:
-        return ("unshare", "-rm", "sh", "-c", within.format(mount), "sh")
-    return ("sh", "-c", within.format("ulimit -f 16"), "sh")
+    if subprocess.run(["unshare", "-rm", "sh", "-c", mount], capture_output=True).returncode:
+        raise unittest.SkipTest("this user may not mount a small disk")
+    within = f"""{mount} && "$@"; code=$?; ls -A '{folder}'; exit $code"""
+    return ("unshare", "-rm", "sh", "-c", within, "sh")
 
 
 if __name__ == "__main__":

@@ -66,11 +66,14 @@ def run(obj, scene, view_layer, settings):
     # The new animation or modifier has not been evaluated yet.
     scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
     if unconverged:
-        message += f". {_frames_text(unconverged)} did not converge; allow more iterations"
+        cap = f"the cap of {obj.exemplar.iterations} iterations"
+        message += f". {_frames_text(unconverged, len(numbers))} stopped at {cap}"
     return Result(message, baker.path, len(numbers), tuple(unconverged), baker.misfit)
 
 
-def _frames_text(frames):
+def _frames_text(frames, total):
+    if len(frames) == total:
+        return "Every frame"
     shown = ", ".join(str(frame) for frame in frames[:4])
     more = f" and {len(frames) - 4} more" if len(frames) > 4 else ""
     return f"Frame{'s' if len(frames) > 1 else ''} {shown}{more}"
