@@ -42,7 +42,7 @@ def _character(bench, name):
     deformer = bind(character)
     targets = drag_of(deformer, character, 200)
     _frames(bench, name, character, deformer, targets, iteration)
-    _positions(bench, name, character, deformer)
+    _positions(bench, name, character, deformer, targets)
     _bind(bench, name, character, targets, precomputation)
 
 
@@ -66,13 +66,13 @@ def _frames(bench, name, character, deformer, targets, iteration):
             bench.add(f"{row}_cgal", ours * 1e3, other[0] * 1e3, "ms", "CGAL ARAP, one iteration")
 
 
-def _positions(bench, name, character, deformer):
+def _positions(bench, name, character, deformer, targets):
     if not bench.wants(f"amrap/{name}/positions"):
         return
-    drag = Drag(deformer, drag_of(deformer, character, 20), native.Start.WARM)
+    drag = Drag(deformer, targets, native.Start.WARM)
     products, worst = peers.products(character, deformer)
     ours, *others = interleave(
-        bench.repeats(200, 40), drag.positions, *products.values(), burst=BURST
+        bench.repeats(200, 40), drag.positions_of_next, *products.values(), burst=BURST
     )
     peer, peer_name = min(zip(others, products))
     notes = f"same positions to {worst:.1g} of the diagonal"

@@ -19,7 +19,9 @@ def _measure(bench):
     deformer = bind(character)
     drag = Drag(deformer, drag_of(deformer, character, 20), native.Start.WARM)
     products, worst = peers.products(character, deformer)
-    ours, *others = interleave(bench.repeats(60, 15), drag.positions, *products.values(), burst=5)
+    ours, *others = interleave(
+        bench.repeats(60, 20), drag.positions_of_next, *products.values(), burst=5
+    )
     peer, peer_name = min(zip(others, products))
     notes = (
         f"{len(character.positions)} vertices, {SHAPES} exemplars, {HANDLES} handles; "

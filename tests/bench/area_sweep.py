@@ -66,7 +66,7 @@ def _measure(bench, handles, shapes, vertices):
     (stateless,) = interleave(frames, drag.solve)
     warm = Drag(deformer, targets, native.Start.WARM)
     (frame,) = interleave(max(frames, 20), warm.solve)
-    (positions,) = interleave(bench.repeats(50, 20), warm.positions)
+    (positions,) = interleave(bench.repeats(50, 20), warm.positions_of_next)
     deformer.close()
     seconds = {
         "frame": frame,

@@ -19,7 +19,7 @@ import area_rotation  # noqa: E402
 import area_skin  # noqa: E402
 import area_sweep  # noqa: E402
 import area_weights  # noqa: E402
-from measure import HEADER, Bench, line_of  # noqa: E402
+from measure import HEADER, Bench  # noqa: E402
 
 AREAS = (
     area_amrap,
@@ -53,9 +53,6 @@ def main():
     for area in AREAS:
         area.run(bench)
     bench.write(options.json)
-    print(f"\n{HEADER}")
-    for row in bench.rows:
-        print(line_of(row))
     print(
         f"{len(bench.rows)} rows, {len(bench.skipped)} skipped, {len(bench.failed)} failed, "
         f"{time.monotonic() - start:.0f} s"

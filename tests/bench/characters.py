@@ -87,6 +87,11 @@ class Drag:
         self._expect(status)
         return seconds
 
+    def positions_of_next(self):
+        """Seconds of positions alone: what they cost depends on the frame."""
+        self.solve()
+        return self.positions()
+
     def frame_with_positions(self):
         """Seconds of a whole frame by the outside clock."""
         self.solve()
