@@ -7,8 +7,10 @@
 #include "linalg/dense.h"
 #include "linalg/rotation.h"
 
-/* Caps on the local/global iterations of one exemplar. Each costs a few microseconds. */
-enum { CAP_FROM_SCRATCH = 60, CAP_WARM = 4 };
+/* Local/global iterations of one exemplar, a few microseconds each: how many from nothing and on a drag, and at most to
+ * a tolerance. Plain ones where their number is fixed: the result is then a continuous function of the handles.
+ * Acceleration branches, and its branches show as jitter of exemplars that are far from the handles. */
+enum { COUNT_FROM_SCRATCH = 40, COUNT_WARM = 4, CAP = 200 };
 /* Largest change of a matrix that rotations are fitted to that counts as none, relative to the energy of the mesh. */
 static double const MATRIX_TOLERANCE = 1e-7;
 
@@ -77,7 +79,7 @@ static double global_step(const amrap *a, size_t s, const double *rotations, con
 
 /** Local/global alternation of exemplar s, as a fixed point of the matrices M that rotations are fitted to, with
  * Anderson mixing. The energy is the guard: where a mixed step raised it, the plain step is taken instead. */
-static void alternate(amrap *a, size_t s, int cap)
+static void alternate(amrap *a, size_t s, int cap, int is_accelerated)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const d = r->dimension, stacked = r->group_count * d, size = stacked * d;
@@ -92,7 +94,7 @@ static void alternate(amrap *a, size_t s, int cap)
     double change = 0;
     fit(d, r->group_count, matrices, rotations);
     double energy = global_step(a, s, rotations, held, image);
-    if (energy > lowest) {
+    if (is_accelerated && energy > lowest) {
       anderson_reset(&a->single_mixing);
       memcpy(matrices, fallback, size * sizeof(double));
       fit(d, r->group_count, matrices, rotations);
@@ -106,7 +108,11 @@ static void alternate(amrap *a, size_t s, int cap)
     if (change < MATRIX_TOLERANCE * r->size * r->size) {
       break;
     }
-    anderson_mix(&a->single_mixing, image, matrices);
+    if (is_accelerated) {
+      anderson_mix(&a->single_mixing, image, matrices);
+    } else {
+      memcpy(matrices, image, size * sizeof(double));
+    }
   }
 }
 
@@ -222,7 +228,8 @@ void amrap_solve_exemplars(amrap *a, const amrap_options *options, int from_scra
     if (from_scratch) {
       rigid_start(a, s);
     }
-    alternate(a, s, from_scratch ? CAP_FROM_SCRATCH : CAP_WARM);
+    int const count = from_scratch ? COUNT_FROM_SCRATCH : COUNT_WARM;
+    alternate(a, s, options->tolerance > 0 ? CAP : count, options->tolerance > 0);
   }
   if (options->has_rotations && !from_scratch && is_large) {
     refit_all(a);
