@@ -48,21 +48,23 @@ class BindOperator(ExemplarOperator):
 
     def modal(self, context, event):
         if event.type == "ESC":
-            self.cancel(context)
-            self.report({"INFO"}, "Bind cancelled; everything is as it was")
-            return {"CANCELLED"}
+            self._job.ask_to_stop()
         if event.type in NAVIGATION:
             return {"PASS_THROUGH"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
         if self._job.finished:
+            if self._job.is_stopping:
+                self.cancel(context)
+                self.report({"INFO"}, "Bind cancelled; everything is as it was")
+                return {"CANCELLED"}
             self._tidy(context)
             return self._finish_job(context)
         self._show_progress(context)
         return {"PASS_THROUGH"}
 
     def cancel(self, context):
-        """Esc, or Blender ends us: another file is loaded, the window closes."""
+        """The end of an Esc, or Blender ends us: another file is loaded, the window closes."""
         self._job.cancel()
         self._tidy(context)
 
@@ -83,7 +85,8 @@ class BindOperator(ExemplarOperator):
     def _show_progress(self, context):
         percent = round(100 * self._job.fraction)
         stage = self._job.stage or "preparing"
-        context.workspace.status_text_set(f"Bind: {stage}, {percent} %. Esc cancels")
+        hint = "Cancelling" if self._job.is_stopping else "Esc cancels"
+        context.workspace.status_text_set(f"Bind: {stage}, {percent} %. {hint}")
         context.window_manager.progress_update(percent)
 
     def _tidy(self, context):

@@ -44,6 +44,14 @@ class BindingJob:
             raise self._error
         return self._result
 
+    def ask_to_stop(self):
+        """The library looks up now and then; until it has, the thread goes on."""
+        self._cancelled = True
+
+    @property
+    def is_stopping(self):
+        return self._cancelled
+
     def cancel(self):
         """Wait for the thread to notice, and drop what it made."""
         self._cancelled = True

@@ -42,6 +42,7 @@ class State:
     # For live updates.
     shown: Any = None  # inputs of the result that the artist sees
     seen: dict = field(default_factory=dict)  # scene name -> its last inputs
+    frame_written: bool = False  # by us, and the next update will report it as a change
     settled: bool = True  # what is shown is the stateless result
     changed_at: float = 0.0
     stateless_seconds: float = 0.0

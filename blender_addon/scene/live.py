@@ -86,8 +86,9 @@ def _update(obj, scene, depsgraph, frame_changed, edited):
     state = bindings.state_of(obj)
     if _is_paused(obj, state):
         return
-    if obj.data.name in edited:
+    if obj.data.name in edited and not state.frame_written:
         _note_edit(state)
+    state.frame_written = False
     if not obj.exemplar.live:
         return
     try:
@@ -100,6 +101,7 @@ def _update(obj, scene, depsgraph, frame_changed, edited):
         stateless = frame_changed or not is_interactive()
         stateless = stateless or state.stateless_seconds < STATELESS_LIMIT
         _solve_and_show(obj, state, inputs, stateless)
+        state.frame_written = frame_changed and is_interactive()
         _report(state, None)
     except ExemplarError as error:
         _report(state, error)
@@ -117,7 +119,8 @@ def _is_paused(obj, state):
 
 def _note_edit(state):
     """Someone changed the mesh, perhaps an exemplar. It was not us: what a handler writes is
-    evaluated without asking the handlers again, and what else we write we flush."""
+    evaluated without asking the handlers again (but for a frame change in a window, which the next
+    update reports once more), and what else we write we flush."""
     state.verified = False
     if is_interactive():
         # A slider that is dragged changes the mesh at every step; compare when it is still.

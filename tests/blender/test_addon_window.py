@@ -37,7 +37,7 @@ class Window(unittest.TestCase):
         command += ["--factory-startup", "--enable-event-simulate", "--no-window-focus"]
         command += ["--window-geometry", "0", "0", "1280", "1100", "--python"]
         command += [str(Path(__file__).with_name("window_addon.py")), "--", str(SCREENSHOTS)]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=550)
         cls.output = done.stdout + done.stderr
 
     def test_no_traceback(self):
