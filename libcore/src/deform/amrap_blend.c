@@ -14,7 +14,7 @@ static double const CONE_TOLERANCE = 1e-9;
 static double const TIE_BREAK = 1e-6;
 /* Rounds of adding exemplars to the working set; the next iteration goes on where these were not enough, and the gap
  * that is reported says so. */
-enum { WORKING_SET_ROUNDS = 4, WORKING_SET_ROUNDS_LARGE = 2, WORKING_SET_ROUNDS_ONLY = 60 };
+enum { WORKING_SET_ROUNDS = 12, WORKING_SET_ROUNDS_LARGE = 2, WORKING_SET_ROUNDS_ONLY = 60 };
 
 static size_t rows_of(const reduced_mesh *r, size_t g)
 {
