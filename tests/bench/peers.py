@@ -66,6 +66,8 @@ def products(character, deformer):
     coefficients = numpy.linalg.lstsq(dictionary, exact, rcond=1e-12)[0].astype(numpy.float32)
     dense = dictionary.astype(numpy.float32)
     worst = numpy.abs(dense @ coefficients - deformer.positions()).max() / character.diagonal
+    if worst > 1e-3:
+        raise RuntimeError(f"the positions differ by {worst:.2g} of the diagonal")
     found = {"NumPy, dense D @ T": timed(numpy.matmul, dense, coefficients)}
     if sparse is not None:
         rows = sparse.csr_matrix(dense)
