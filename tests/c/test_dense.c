@@ -380,3 +380,14 @@ TEST(singular_vectors_by_rows)
     free(AA);
   }
 }
+
+/* LAPACK prints a complaint about these, and a library may not. */
+TEST(empty_matrices_are_fine)
+{
+  double none = 0;
+  CHECK_STATUS(dense_eigen(0, &none, &none), EXM_OK);
+  CHECK_STATUS(dense_qr_factor(0, 3, &none), EXM_OK);
+  CHECK_STATUS(dense_qr_factor(3, 0, &none), EXM_OK);
+  CHECK_STATUS(dense_right_singular(3, 0, &none, &none, &none), EXM_OK);
+  CHECK(dense_cholesky(0, &none));
+}
