@@ -312,7 +312,7 @@ typedef struct exm_amrap_solve_settings {
   int32_t rotations;  /* 1; 0 holds every local rotation at the identity, and the result is the global optimum [5.5] */
   int32_t start;      /* exm_start */
   int32_t descent;    /* exm_descent */
-  int32_t iterations; /* of the alternation; 0 chooses: 10 stateless, 2 warm, a cap of 200 with a tolerance */
+  int32_t iterations; /* of the alternation; 0 chooses: 10 stateless, 1 warm, a cap of 200 with a tolerance */
   double tolerance; /* 0: do just `iterations`, plainly; or stop, with acceleration, when an iteration moves the pose by
                        no more than this share of the mesh's size */
 } exm_amrap_solve_settings;

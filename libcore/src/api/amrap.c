@@ -109,14 +109,14 @@ static exm_status check_solve_settings(const exm_amrap_solve_settings *settings)
   return EXM_OK;
 }
 
-/* A drag has a millisecond, and the next frame goes on. From nothing, ten iterations are within a percent of the lowest
+/* A drag has a millisecond, and the next frame goes on, as in the paper. From nothing, ten iterations are within a percent of the lowest
  * objective; to a tolerance, acceleration needs a few dozen. */
 static int32_t chosen_iterations(const exm_amrap_solve_settings *settings)
 {
   if (settings->tolerance > 0) {
     return 200;
   }
-  return settings->start == EXM_START_WARM ? 2 : 10;
+  return settings->start == EXM_START_WARM ? 1 : 10;
 }
 
 /** Every number that the solve will look at is finite. */

@@ -38,6 +38,8 @@ typedef struct amrap {
   double *y;         /* [shape_rows][d] */
   double *X;         /* [shape_rows][d] */
   int has_solution;
+  int has_energies; /* D belongs to c and to rotations as they were asked for */
+  int energies_had_rotations;
   /* Scratch. */
   double *fit;          /* [S][G][d][d] matrices to fit, and what they are fitted from */
   double *fit_image;    /* [G][d][d] */

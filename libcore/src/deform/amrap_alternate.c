@@ -16,6 +16,10 @@ void amrap_set_targets(amrap *a, const double *c)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const d = r->dimension, bound = r->constraint_count;
+  if (a->has_energies && memcmp(a->c, c, bound * d * sizeof(double)) == 0) {
+    return;
+  }
+  a->has_energies = 0;
   memcpy(a->c, c, bound * d * sizeof(double));
   dense_times(r->shape_rows, bound, d, r->Fx, a->c, a->Fxc);
   a->held_energy = 0;
@@ -195,7 +199,12 @@ exm_status amrap_alternate(amrap *a, const amrap_options *options, exm_solve_rep
 {
   cone_result result = {0};
   int const is_warm = options->is_warm && a->has_solution;
-  amrap_solve_exemplars(a, options, !is_warm);
+  /* D belongs to the handles [5.2]: while they stay where they are, a warm solve goes on with the same objective. */
+  if (!is_warm || !a->has_energies || a->energies_had_rotations != options->has_rotations) {
+    amrap_solve_exemplars(a, options, !is_warm);
+    a->has_energies = 1;
+    a->energies_had_rotations = options->has_rotations;
+  }
   if (!is_warm || !options->has_rotations) {
     start_from_exemplars(a, options->lambda);
   } else {

@@ -102,9 +102,9 @@ SIMD_CLONES static void times_three_transposed(size_t n, size_t m, const double 
   double a[TILE], b[TILE], c[TILE];
   for (size_t first = 0; first < m; first += TILE) {
     size_t const width = m - first < TILE ? m - first : TILE;
-    memset(a, 0, sizeof a);
-    memset(b, 0, sizeof b);
-    memset(c, 0, sizeof c);
+    memset(a, 0, width * sizeof *a);
+    memset(b, 0, width * sizeof *b);
+    memset(c, 0, width * sizeof *c);
     for (size_t i = 0; i < n; i++) {
       const double *row = A + i * stride + first;
       double const x0 = x[3 * i], x1 = x[3 * i + 1], x2 = x[3 * i + 2];
