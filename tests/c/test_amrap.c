@@ -710,7 +710,7 @@ TEST(guarded_iterations_never_raise_the_objective)
     REQUIRE(fixture_bind(f));
     test_random random = {14};
     double *targets = fixture_targets(f), history[60];
-    for (size_t round = 0; round < 25; ++round) {
+    for (size_t round = 0; round < 15; ++round) {
       exm_amrap_solve_settings settings = settings_of(EXM_START_STATELESS);
       exm_solve_report report = new_report();
       report.history = history;
@@ -768,11 +768,11 @@ TEST(warm_solves_at_fixed_targets_come_to_rest)
   REQUIRE(fixture_bind(f));
   test_random random = {16};
   double *targets = fixture_targets(f);
-  for (size_t round = 0; round < 8; ++round) {
+  for (size_t round = 0; round < 5; ++round) {
     exm_amrap_solve_settings warm = settings_of(EXM_START_WARM);
     double *last = NULL, step = INFINITY;
     fixture_mix(f, round % 4, (round + 1) % 4, test_uniform(&random), 0.05, &random, targets);
-    for (int frame = 0; frame < 400; ++frame) {
+    for (int frame = 0; frame < 250; ++frame) {
       double *positions = fixture_solve(f, targets, &warm, NULL);
       step = last ? fixture_distance(f->vertex_count, positions, last) / f->diagonal : INFINITY;
       free(last);
