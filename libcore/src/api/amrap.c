@@ -109,8 +109,8 @@ static exm_status check_solve_settings(const exm_amrap_solve_settings *settings)
   return EXM_OK;
 }
 
-/* A drag has a millisecond, and the next frame goes on, as in the paper. From nothing, ten iterations are within a percent of the lowest
- * objective; to a tolerance, acceleration needs a few dozen. */
+/* A drag has a millisecond, and the next frame goes on, as in the paper. From nothing, ten iterations are within a
+ * percent of the lowest objective; to a tolerance, acceleration needs a few dozen. */
 static int32_t chosen_iterations(const exm_amrap_solve_settings *settings)
 {
   if (settings->tolerance > 0) {
