@@ -46,11 +46,7 @@ void amrap_fit_rotations(amrap *a)
       }
     }
   }
-  if (d == 3) {
-    rotation_fit3(count, a->fit, a->rotations);
-  } else {
-    rotation_fit2(count, a->fit, a->rotations);
-  }
+  rotation_fit(d, count, a->fit, a->rotations);
 }
 
 double amrap_elastic_energy(const amrap *a, const double *u, const double *y, const double *X)

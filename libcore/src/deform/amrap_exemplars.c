@@ -14,15 +14,6 @@ enum { COUNT_FROM_SCRATCH = 40, COUNT_WARM = 2, CAP = 200 };
 /* Largest change of a matrix that rotations are fitted to that counts as none, relative to the energy of the mesh. */
 static double const MATRIX_TOLERANCE = 1e-7;
 
-static void fit(size_t dimension, size_t count, const double *matrices, double *rotations)
-{
-  if (dimension == 3) {
-    rotation_fit3(count, matrices, rotations);
-  } else {
-    rotation_fit2(count, matrices, rotations);
-  }
-}
-
 /** The rigid motion that takes exemplar s's handles closest to the targets: where its ARAP starts. Equivariant, so that
  * the result is. */
 static void rigid_start(amrap *a, size_t s)
@@ -50,7 +41,7 @@ static void rigid_start(amrap *a, size_t s)
       }
     }
   }
-  fit(d, 1, moment, rotation);
+  rotation_fit(d, 1, moment, rotation);
   for (size_t g = 0; g < r->group_count; g++) {
     memcpy(a->single_rotations + (s * r->group_count + g) * d * d, rotation, d * d * sizeof(double));
   }
@@ -92,12 +83,12 @@ static void alternate(amrap *a, size_t s, int cap, int is_accelerated)
   memcpy(fallback, matrices, size * sizeof(double));
   for (int i = 0; i < cap; i++) {
     double change = 0;
-    fit(d, r->group_count, matrices, rotations);
+    rotation_fit(d, r->group_count, matrices, rotations);
     double energy = global_step(a, s, rotations, held, image);
     if (is_accelerated && energy > lowest) {
       anderson_reset(&a->single_mixing);
       memcpy(matrices, fallback, size * sizeof(double));
-      fit(d, r->group_count, matrices, rotations);
+      rotation_fit(d, r->group_count, matrices, rotations);
       energy = global_step(a, s, rotations, held, image);
     }
     lowest = energy;
@@ -183,7 +174,7 @@ static void refit_all(amrap *a)
       }
     }
   }
-  fit(r->dimension, S * G, a->single_rotations, a->single_rotations);
+  rotation_fit(r->dimension, S * G, a->single_rotations, a->single_rotations);
 }
 
 /** D_gs = 1/2 |proxies of the pose - turned exemplar|^2 over the group's rows. */

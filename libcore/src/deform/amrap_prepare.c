@@ -30,15 +30,6 @@ static void contract(const reduced_mesh *r, const double *shapes, const double *
   }
 }
 
-static void transpose(size_t rows, size_t columns, const double *from, double *to)
-{
-  for (size_t i = 0; i < rows; i++) {
-    for (size_t j = 0; j < columns; j++) {
-      to[j * rows + i] = from[i * columns + j];
-    }
-  }
-}
-
 static exm_status single_operators(arena *owner, amrap *a)
 {
   const reduced_mesh *r = &a->reduced;
@@ -61,7 +52,7 @@ static exm_status single_operators(arena *owner, amrap *a)
   for (size_t s = 0; s < r->exemplar_count; s++) {
     exemplar_shapes(r, s, shapes);
     contract(r, shapes, G, rows, half);
-    transpose(stacked, rows, half, turned);
+    dense_transpose(stacked, rows, half, turned);
     contract(r, shapes, turned, stacked, a->Gs + s * stacked * stacked);
     contract(r, shapes, r->Fx, bound, a->Fs + s * stacked * bound);
   }

@@ -233,7 +233,7 @@ done:
   return status;
 }
 
-static void transpose(size_t rows, size_t columns, const double *from, double *to)
+void dense_transpose(size_t rows, size_t columns, const double *from, double *to)
 {
   for (size_t i = 0; i < rows; i++) {
     for (size_t j = 0; j < columns; j++) {
@@ -264,11 +264,11 @@ exm_status dense_rotate_rows(size_t rows, size_t columns, double *E, size_t othe
     status = status_no_memory("a QR factorisation");
     goto done;
   }
-  transpose(rows, columns, E, factor);
-  transpose(rows, other_columns, others, turned);
+  dense_transpose(rows, columns, E, factor);
+  dense_transpose(rows, other_columns, others, turned);
   dgeqp3_(&m, &n, factor, &m, order, tau, work, &length, &info);
   dormqr_("L", "T", &m, &c, &reflectors, factor, &m, tau, turned, &m, work, &length, &info);
-  transpose(other_columns, rows, turned, others);
+  dense_transpose(other_columns, rows, turned, others);
   size_t kept = 0;
   while (kept < (size_t)reflectors && fabs(factor[kept * rows + kept]) > tolerance * fabs(factor[0])) {
     kept++;

@@ -15,6 +15,9 @@ void dense_times(size_t n, size_t m, size_t d, const double *A, const double *x,
 /** out[m][d] = A'[m][n] x[n][d] with A [n][m] row-major, its rows `stride` apart. */
 void dense_times_transposed(size_t n, size_t m, size_t d, const double *A, size_t stride, const double *x, double *out);
 
+/** to [columns][rows] = from [rows][columns] transposed. */
+void dense_transpose(size_t rows, size_t columns, const double *from, double *to);
+
 /** Sum of products of two arrays. */
 double dense_dot(size_t count, const double *a, const double *b);
 

@@ -370,3 +370,12 @@ void rotation_fit2(size_t count, const double *matrices, double *rotations)
     r[3] = cosine;
   }
 }
+
+void rotation_fit(size_t dimension, size_t count, const double *matrices, double *rotations)
+{
+  if (dimension == 3) {
+    rotation_fit3(count, matrices, rotations);
+  } else {
+    rotation_fit2(count, matrices, rotations);
+  }
+}

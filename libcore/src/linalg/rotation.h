@@ -14,4 +14,7 @@ void rotation_fit3(size_t count, const double *matrices, double *rotations);
 /** matrices, rotations  [count][2][2] row-major; they may be the same array. */
 void rotation_fit2(size_t count, const double *matrices, double *rotations);
 
+/** Either, by the dimension: 2 or 3. */
+void rotation_fit(size_t dimension, size_t count, const double *matrices, double *rotations);
+
 #endif
