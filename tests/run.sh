@@ -56,6 +56,7 @@ flake8: the linter of Python
 python3: tests without Blender
 python3-numpy: tests without Blender
 python3-cvxopt: a second opinion on cone programs
+python3-scipy: the linear algebra of that opinion
 patchelf: the package for Blender
 blender: the add-on
 xvfb: a screen for the tests that need a window

@@ -52,6 +52,12 @@ class Kind(IntEnum):
     FREE = 2
 
 
+class DeformerKind(IntEnum):
+    AMRAP = 0
+    BLENDED = 1
+    RIGIDITY = 2
+
+
 class Start(IntEnum):
     STATELESS = 0
     WARM = 1
@@ -118,6 +124,7 @@ class CDeformerInfo(Structure):
         ("dimension", c_int32),
         ("bind_seconds", c_double),
         ("weight_seconds", c_double),
+        ("kind", c_int32),
     ]
 
 

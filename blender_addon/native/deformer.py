@@ -33,6 +33,7 @@ class DeformerInfo:
     dimension: int
     bind_seconds: float
     weight_seconds: float
+    kind: int  # DeformerKind
 
 
 @dataclass(frozen=True)

@@ -209,6 +209,12 @@ EXM_API exm_status exm_weights_bounded_biharmonic(const exm_mesh *mesh, const ex
  */
 typedef struct exm_deformer exm_deformer;
 
+typedef enum exm_deformer_kind {
+  EXM_DEFORMER_AMRAP = 0,   /* as-multi-rigid-as-possible: exm_amrap_create */
+  EXM_DEFORMER_BLENDED = 1, /* fast blended transformations: exm_blended_create */
+  EXM_DEFORMER_RIGIDITY = 2 /* as-rigid-as-possible, of adjustable stiffness: exm_rigidity_create */
+} exm_deformer_kind;
+
 /** Solve-time settings shared by every kind of deformer. */
 typedef enum exm_start {
   EXM_START_STATELESS = 0, /* the result depends on the targets and settings alone: for renders and bakes */
@@ -243,6 +249,7 @@ typedef struct exm_deformer_info {
   int32_t dimension;        /* 2 or 3 */
   double bind_seconds;
   double weight_seconds; /* the part of it spent on weights */
+  int32_t kind;          /* exm_deformer_kind */
 } exm_deformer_info;
 
 EXM_API void exm_deformer_info_init(exm_deformer_info *info);
@@ -259,7 +266,7 @@ EXM_API exm_status exm_deformer_handle_pose(const exm_deformer *deformer, size_t
 EXM_API exm_status exm_deformer_positions(const exm_deformer *deformer, int32_t thread_count, float *positions);
 EXM_API exm_status exm_deformer_positions_f64(const exm_deformer *deformer, double *positions);
 
-/** The skinning weights in use, [H][V]. */
+/** The skinning weights in use, [H][V]. EXM_ERROR_ARGUMENT for kinds that have none. */
 EXM_API exm_status exm_deformer_weights(const exm_deformer *deformer, float *weights);
 
 EXM_API void exm_deformer_destroy(exm_deformer *deformer);

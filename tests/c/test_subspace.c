@@ -2,11 +2,17 @@
 /* What is left of a mesh in the reduced solver, against the mesh itself: constraints, dictionary, edge groups, the
  * basis, the energy by proxies and its derivative through the rotations. */
 #include "amrap_fixture.h"
-#include "deform/deformer.h"
+#include "deform/amrap/deformer.h"
 #include "linalg/dense.h"
 
 /* ------------------------------------------------------------------------------------------------------ bound meshes
  */
+
+/** What the deformer keeps to itself. */
+static amrap_deformer *inside(const fixture *f)
+{
+  return (amrap_deformer *)f->deformer;
+}
 
 enum { CASES = 5 };
 
@@ -79,7 +85,7 @@ static double *scratch_of(const reduced_mesh *r)
 
 static pose pose_of(const fixture *f, double *u, double *c)
 {
-  const reduced_mesh *r = &f->deformer->solver.reduced;
+  const reduced_mesh *r = &inside(f)->solver.reduced;
   size_t const d = r->dimension;
   pose p = {.u = u, .c = c, .y = test_array(r->shape_rows * d, sizeof(double))};
   double *scratch = scratch_of(r), *held = test_array(r->shape_rows * d, sizeof *held);
@@ -88,7 +94,7 @@ static pose pose_of(const fixture *f, double *u, double *c)
   dense_axpy(r->shape_rows * d, 1, held, p.y);
   p.T = test_array(r->atom_count * d, sizeof(double));
   reduced_coefficients(r, u, c, scratch, p.T);
-  p.positions = values_of(&f->deformer->atoms, p.T, d);
+  p.positions = values_of(&inside(f)->atoms, p.T, d);
   free(scratch);
   free(held);
   return p;
@@ -96,7 +102,7 @@ static pose pose_of(const fixture *f, double *u, double *c)
 
 static pose random_pose(const fixture *f, test_random *random)
 {
-  const reduced_mesh *r = &f->deformer->solver.reduced;
+  const reduced_mesh *r = &inside(f)->solver.reduced;
   return pose_of(f, random_numbers(random, r->rank * r->dimension),
                  random_numbers(random, r->constraint_count * r->dimension));
 }
@@ -115,12 +121,12 @@ static void pose_free(pose *p)
 static double mesh_energy(const fixture *f, const double *positions, const double *targets)
 {
   const mesh *m = f->reference;
-  size_t const d = f->deformer->coordinates.dimension;
+  size_t const d = inside(f)->coordinates.dimension;
   double energy = 0;
   for (size_t t = 0; t < m->triangle_count; ++t) {
     for (size_t corner = 0; corner < 3; ++corner) {
       const double *target =
-          targets ? targets + f->deformer->groups[m->triangles[t][corner]] * m->vertex_count * d : NULL;
+          targets ? targets + inside(f)->groups[m->triangles[t][corner]] * m->vertex_count * d : NULL;
       for (size_t i = 0; i < 3; ++i) {
         size_t const a = m->triangles[t][(i + 1) % 3], b = m->triangles[t][(i + 2) % 3];
         for (size_t k = 0; k < d; ++k) {
@@ -137,14 +143,14 @@ static double mesh_energy(const fixture *f, const double *positions, const doubl
 /* What exemplars turned by a's rotations and blended by its weights are, group by group. */
 static double *blended_positions(const fixture *f)
 {
-  const amrap *a = &f->deformer->solver;
+  const amrap *a = &inside(f)->solver;
   size_t const d = a->reduced.dimension, S = f->exemplar_count, V = f->vertex_count;
   double *out = test_array(a->reduced.group_count * V * d, sizeof *out);
   for (size_t g = 0; g < a->reduced.group_count; ++g) {
     for (size_t s = 0; s < S; ++s) {
       const double *rotation = a->rotations + (g * S + s) * d * d;
       for (size_t v = 0; v < V; ++v) {
-        const double *x = f->deformer->atoms.exemplars + (v * S + s) * d;
+        const double *x = inside(f)->atoms.exemplars + (v * S + s) * d;
         for (size_t j = 0; j < d; ++j) {
           dense_axpy(d, a->B[g * S + s] * x[j], rotation + j * d, out + (g * V + v) * d);
         }
@@ -206,13 +212,13 @@ TEST(rows_reproduce_affine_maps)
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
     size_t frames = 0;
-    for (size_t i = 0; i < f->deformer->held.row_count; ++i) {
-      frames += f->deformer->held.rows[i].is_frame != 0;
+    for (size_t i = 0; i < inside(f)->held.row_count; ++i) {
+      frames += inside(f)->held.rows[i].is_frame != 0;
     }
-    CHECK(frames >= 2 && frames <= f->deformer->coordinates.dimension);
-    CHECK(f->deformer->held.row_count == 3 + frames);
+    CHECK(frames >= 2 && frames <= inside(f)->coordinates.dimension);
+    CHECK(inside(f)->held.row_count == 3 + frames);
     for (int round = 0; round < 5; ++round) {
-      check_affine(f, &f->deformer->held, &f->deformer->coordinates, &random);
+      check_affine(f, &inside(f)->held, &inside(f)->coordinates, &random);
     }
     fixture_free(f);
   }
@@ -228,11 +234,11 @@ TEST(frames_of_single_vertices)
     fixture_handle_near(f, EXM_HANDLE_PINNED, 0, 0, 0, 0);
     test_about(is_flat ? "on a flat surface" : "on a sphere");
     REQUIRE(fixture_bind(f));
-    size_t const rows = f->deformer->held.row_count;
+    size_t const rows = inside(f)->held.row_count;
     CHECK(is_flat ? rows == 4 : rows == 4 || rows == 5);
-    check_affine(f, &f->deformer->held, &f->deformer->coordinates, &random);
+    check_affine(f, &inside(f)->held, &inside(f)->coordinates, &random);
     for (size_t i = 0; i < rows; ++i) {
-      const double *across = f->deformer->held.rows[i].direction;
+      const double *across = inside(f)->held.rows[i].direction;
       CHECK(!is_flat || fabs(across[2]) < 1e-9);
     }
     fixture_free(f);
@@ -245,8 +251,8 @@ TEST(the_constraint_matrix_measures_positions)
   test_random random = {3};
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
-    const dictionary *d = &f->deformer->atoms;
-    const constraints *held = &f->deformer->held;
+    const dictionary *d = &inside(f)->atoms;
+    const constraints *held = &inside(f)->held;
     double *T = random_numbers(&random, d->atom_count), *values = values_of(d, T, 1);
     double *A = test_array(held->row_count * d->atom_count, sizeof *A);
     double *scratch = test_array(1 + d->exemplar_count * d->dimension, sizeof *scratch);
@@ -273,7 +279,7 @@ TEST(coefficients_give_the_exemplars_back)
 {
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
-    const dictionary *d = &f->deformer->atoms;
+    const dictionary *d = &inside(f)->atoms;
     size_t const width = d->exemplar_count * d->dimension;
     double *T = test_array(d->atom_count * width, sizeof *T), worst = 0;
     dictionary_exemplar_coefficients(d, T);
@@ -294,8 +300,8 @@ TEST(affine_maps_are_the_coefficients)
   test_random random = {4};
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
-    const dictionary *d = &f->deformer->atoms;
-    const space *s = &f->deformer->coordinates;
+    const dictionary *d = &inside(f)->atoms;
+    const space *s = &inside(f)->coordinates;
     size_t const rows = 1 + 3 * d->exemplar_count;
     double *T = random_numbers(&random, d->atom_count * d->dimension), *values = values_of(d, T, d->dimension);
     double *affine = test_array(f->handle_count * rows * 3, sizeof *affine), worst = 0;
@@ -334,12 +340,12 @@ TEST(group_factors_have_the_energy_of_their_triangles)
   test_random random = {5};
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
-    const dictionary *d = &f->deformer->atoms;
+    const dictionary *d = &inside(f)->atoms;
     const mesh *m = f->reference;
     size_t const groups = f->deformer->info.edge_group_count;
     arena memory = {0};
     group_factor *factors = ARENA_NEW(&memory, group_factor, groups);
-    CHECK_STATUS(group_factors_create(&memory, m, d, f->deformer->groups, groups, NULL, factors), EXM_OK);
+    CHECK_STATUS(group_factors_create(&memory, m, d, inside(f)->groups, groups, NULL, factors), EXM_OK);
     for (int round = 0; round < 3; ++round) {
       double *T = random_numbers(&random, d->atom_count), *values = values_of(d, T, 1);
       double *direct = test_array(groups, sizeof *direct);
@@ -347,7 +353,7 @@ TEST(group_factors_have_the_energy_of_their_triangles)
         for (size_t i = 0; i < 3; ++i) {
           double const edge = values[m->triangles[t][(i + 1) % 3]] - values[m->triangles[t][(i + 2) % 3]];
           for (size_t corner = 0; corner < 3; ++corner) {
-            direct[f->deformer->groups[m->triangles[t][corner]]] += m->cotangents[t][i] * edge * edge / 6;
+            direct[inside(f)->groups[m->triangles[t][corner]]] += m->cotangents[t][i] * edge * edge / 6;
           }
         }
       }
@@ -379,8 +385,8 @@ TEST(coefficients_meet_their_constraints)
   test_random random = {6};
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
-    const constraints *held = &f->deformer->held;
-    size_t const d = f->deformer->coordinates.dimension;
+    const constraints *held = &inside(f)->held;
+    size_t const d = inside(f)->coordinates.dimension;
     for (int round = 0; round < 5; ++round) {
       pose p = random_pose(f, &random);
       double worst = 0, largest = 1;
@@ -393,7 +399,7 @@ TEST(coefficients_meet_their_constraints)
           worst = fmax(worst, fabs(value[k] - p.c[i * d + k]));
         }
       }
-      for (size_t i = 0; i < f->deformer->atoms.atom_count * d; ++i) {
+      for (size_t i = 0; i < inside(f)->atoms.atom_count * d; ++i) {
         largest = fmax(largest, fabs(p.T[i])); /* a random u is a wild pose, of large coefficients */
       }
       CHECK_NEAR(worst / largest, 0, 1e-12);
@@ -409,7 +415,7 @@ TEST(the_basis_is_orthonormal_in_the_energy)
   test_random random = {7};
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
-    const amrap *a = &f->deformer->solver;
+    const amrap *a = &inside(f)->solver;
     const reduced_mesh *r = &a->reduced;
     size_t const d = r->dimension, bound = r->constraint_count;
     for (int round = 0; round < 5; ++round) {
@@ -434,7 +440,7 @@ TEST(to_the_basis_and_back_are_adjoint_and_shrink)
   size_t with_carriers = 0;
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
-    const reduced_mesh *r = &f->deformer->solver.reduced;
+    const reduced_mesh *r = &inside(f)->solver.reduced;
     size_t const width = 2;
     double *X = random_numbers(&random, r->shape_rows * width), *u = random_numbers(&random, r->rank * width);
     double *scratch = scratch_of(r), *in_basis = test_array(r->rank * width, sizeof *in_basis);
@@ -471,7 +477,7 @@ TEST(to_the_basis_and_back_are_adjoint_and_shrink)
 /* Random blends and rotations, from a solve for a random pose. */
 static void shake(fixture *f, test_random *random)
 {
-  amrap *a = &f->deformer->solver;
+  amrap *a = &inside(f)->solver;
   size_t const S = f->exemplar_count;
   double *targets = fixture_targets(f);
   fixture_mix(f, 0, 1, test_uniform(random), 0.2, random, targets);
@@ -497,7 +503,7 @@ TEST(the_energy_by_proxies_is_the_energy_of_the_mesh)
   test_random random = {9};
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
-    amrap *a = &f->deformer->solver;
+    amrap *a = &inside(f)->solver;
     for (int round = 0; round < 4; ++round) {
       shake(f, &random);
       pose p = random_pose(f, &random);
@@ -518,7 +524,7 @@ TEST(the_best_pose_is_in_closed_form)
   test_random random = {10};
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
-    amrap *a = &f->deformer->solver;
+    amrap *a = &inside(f)->solver;
     const reduced_mesh *r = &a->reduced;
     size_t const count = r->rank * r->dimension;
     shake(f, &random);
@@ -569,7 +575,7 @@ TEST(the_slope_through_the_rotations_is_the_difference_quotient)
   test_random random = {11};
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
-    amrap *a = &f->deformer->solver;
+    amrap *a = &inside(f)->solver;
     size_t const count = a->reduced.rank * a->reduced.dimension;
     double *slope = test_array(count, sizeof *slope), *at = test_array(count, sizeof *at);
     for (int round = 0; round < 4; ++round) {

@@ -2,9 +2,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "api/checks.h"
 #include "api/structs.h"
 #include "base/clock.h"
-#include "deform/deformer.h"
+#include "deform/amrap/deformer.h"
 
 void exm_amrap_bind_settings_init(exm_amrap_bind_settings *settings)
 {
@@ -25,26 +26,6 @@ void exm_amrap_solve_settings_init(exm_amrap_solve_settings *settings)
                                            .iterations = 0,
                                            .tolerance = 0};
   }
-}
-
-/** exemplars [S][V][3]: enough of them to count, and finite. */
-static exm_status check_exemplars(const float *exemplars, size_t exemplar_count, size_t vertex_count)
-{
-  if (exemplar_count == 0) {
-    return status_set(EXM_ERROR_ARGUMENT, "exemplar_count is 0: there must be one at least");
-  }
-  if (exemplar_count > SIZE_MAX / (3 * sizeof(double)) / vertex_count) {
-    return status_no_memory("the exemplars");
-  }
-  for (size_t i = 0; i < exemplar_count * vertex_count * 3; i++) {
-    if (!isfinite(exemplars[i])) {
-      size_t const vertex = i / 3 % vertex_count;
-      return status_set_at(EXM_ERROR_ARGUMENT, EXM_ELEMENT_VERTEX, vertex,
-                           "exemplars: exemplar %zu has a coordinate that is not finite at vertex %zu",
-                           i / 3 / vertex_count, vertex);
-    }
-  }
-  return EXM_OK;
 }
 
 static exm_status check_bind_settings(const exm_amrap_bind_settings *settings, size_t vertex_count)
@@ -68,11 +49,11 @@ exm_status exm_amrap_create(const exm_mesh *reference, const float *exemplars, s
   TRY(check_pointer(reference, "mesh"));
   TRY(check_pointer(exemplars, "exemplars"));
   TRY(check_pointer(handles, "handles"));
-  deformer_request request = {.reference = reference,
-                              .exemplars = exemplars,
-                              .exemplar_count = exemplar_count,
-                              .handles = handles,
-                              .report = {.callback = callback, .user = user, .begin = 0, .end = 1}};
+  amrap_request request = {.reference = reference,
+                           .exemplars = exemplars,
+                           .exemplar_count = exemplar_count,
+                           .handles = handles,
+                           .report = {.callback = callback, .user = user, .begin = 0, .end = 1}};
   exm_amrap_bind_settings_init(&request.settings);
   TRY(settings_read(&request.settings, sizeof request.settings, settings, "settings"));
   TRY(check_bind_settings(&request.settings, reference->vertex_count));
@@ -80,7 +61,7 @@ exm_status exm_amrap_create(const exm_mesh *reference, const float *exemplars, s
   if (handles->count < 2) {
     return status_set(EXM_ERROR_ARGUMENT, "handles.count is %zu: AMRAP needs two at least", handles->count);
   }
-  return deformer_bind(&request, out);
+  return amrap_deformer_bind(&request, out);
 }
 
 static exm_status check_solve_settings(const exm_amrap_solve_settings *settings)
@@ -119,19 +100,14 @@ static int32_t chosen_iterations(const exm_amrap_solve_settings *settings)
   return settings->start == EXM_START_WARM ? 1 : 10;
 }
 
-/** Every number that the solve will look at is finite. */
-static exm_status check_targets(const exm_deformer *deformer, const double *targets)
+static amrap_deformer *amrap_of(exm_deformer *deformer)
 {
-  for (size_t h = 0; h < deformer->info.handle_count; h++) {
-    for (size_t i = 0; i < 12 && deformer->handle_kinds[h] != EXM_HANDLE_FREE; i++) {
-      int const counts = i % 4 == 3 || deformer->handle_kinds[h] == EXM_HANDLE_ORIENTED;
-      if (counts && !isfinite(targets[h * 12 + i])) {
-        return status_set_at(EXM_ERROR_ARGUMENT, EXM_ELEMENT_HANDLE, h,
-                             "targets: row %zu, column %zu of handle %zu is not finite", i / 4, i % 4, h);
-      }
-    }
-  }
-  return EXM_OK;
+  return (amrap_deformer *)deformer;
+}
+
+static const amrap_deformer *amrap_const(const exm_deformer *deformer)
+{
+  return (const amrap_deformer *)deformer;
 }
 
 exm_status exm_amrap_solve(exm_deformer *deformer, const double *targets, const exm_amrap_solve_settings *settings,
@@ -140,16 +116,13 @@ exm_status exm_amrap_solve(exm_deformer *deformer, const double *targets, const 
   double const start = clock_seconds();
   exm_amrap_solve_settings own;
   exm_solve_report found;
-  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_kind(deformer, EXM_DEFORMER_AMRAP));
   TRY(check_pointer(targets, "targets"));
   exm_amrap_solve_settings_init(&own);
   TRY(settings_read(&own, sizeof own, settings, "settings"));
   TRY(check_solve_settings(&own));
   TRY(check_targets(deformer, targets));
-  exm_solve_report_init(&found);
-  TRY(settings_read(&found, sizeof found, report, "report"));
-  found = (exm_solve_report){
-      .struct_size = sizeof found, .history = found.history, .history_capacity = found.history_capacity};
+  TRY(report_begin(&found, report));
   amrap_options const options = {.lambda = own.lambda,
                                  .is_global = own.blend == EXM_BLEND_GLOBAL,
                                  .has_rotations = own.rotations,
@@ -157,7 +130,7 @@ exm_status exm_amrap_solve(exm_deformer *deformer, const double *targets, const 
                                  .descent = (exm_descent)own.descent,
                                  .iterations = own.iterations ? own.iterations : chosen_iterations(&own),
                                  .tolerance = own.tolerance};
-  TRY(deformer_solve(deformer, targets, &options, &found));
+  TRY(amrap_deformer_solve(amrap_of(deformer), targets, &options, &found));
   found.seconds = clock_seconds() - start;
   TRY(report_write(report, &found, sizeof found, "report"));
   if (own.tolerance > 0 && !found.converged) {
@@ -169,51 +142,49 @@ exm_status exm_amrap_solve(exm_deformer *deformer, const double *targets, const 
 
 exm_status exm_amrap_blend_weights(const exm_deformer *deformer, double *blend)
 {
-  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_kind(deformer, EXM_DEFORMER_AMRAP));
   TRY(check_pointer(blend, "blend"));
-  memcpy(blend, deformer->solver.B, deformer->info.edge_group_count * deformer->info.exemplar_count * sizeof(double));
+  memcpy(blend, amrap_const(deformer)->solver.B,
+         deformer->info.edge_group_count * deformer->info.exemplar_count * sizeof(double));
   return EXM_OK;
 }
 
 exm_status exm_amrap_blend_average(const exm_deformer *deformer, double *average)
 {
-  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_kind(deformer, EXM_DEFORMER_AMRAP));
   TRY(check_pointer(average, "average"));
-  amrap_blend_average(&deformer->solver, average);
+  amrap_blend_average(&amrap_const(deformer)->solver, average);
   return EXM_OK;
 }
 
 exm_status exm_amrap_edge_groups(const exm_deformer *deformer, uint32_t *groups)
 {
-  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_kind(deformer, EXM_DEFORMER_AMRAP));
   TRY(check_pointer(groups, "groups"));
-  memcpy(groups, deformer->groups, deformer->info.vertex_count * sizeof *groups);
+  memcpy(groups, amrap_const(deformer)->groups, deformer->info.vertex_count * sizeof *groups);
   return EXM_OK;
 }
 
 exm_status exm_amrap_rotations(const exm_deformer *deformer, double *rotations)
 {
-  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_kind(deformer, EXM_DEFORMER_AMRAP));
   TRY(check_pointer(rotations, "rotations"));
-  deformer_rotations(deformer, rotations);
+  amrap_deformer_rotations(amrap_const(deformer), rotations);
   return EXM_OK;
 }
 
 exm_status exm_amrap_exemplar_energies(const exm_deformer *deformer, double *energies)
 {
-  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_kind(deformer, EXM_DEFORMER_AMRAP));
   TRY(check_pointer(energies, "energies"));
-  deformer_exemplar_energies(deformer, energies);
+  amrap_deformer_exemplar_energies(amrap_const(deformer), energies);
   return EXM_OK;
 }
 
 exm_status exm_amrap_exemplar_positions(const exm_deformer *deformer, size_t exemplar, double *positions)
 {
-  TRY(check_pointer(deformer, "deformer"));
+  TRY(check_kind(deformer, EXM_DEFORMER_AMRAP));
   TRY(check_pointer(positions, "positions"));
-  if (exemplar >= deformer->info.exemplar_count) {
-    return status_set_at(EXM_ERROR_ARGUMENT, EXM_ELEMENT_EXEMPLAR, exemplar,
-                         "exemplar is %zu, but the deformer has %zu", exemplar, deformer->info.exemplar_count);
-  }
-  return deformer_exemplar_positions(deformer, exemplar, positions);
+  TRY(check_exemplar(deformer, exemplar));
+  return amrap_deformer_exemplar_positions(amrap_const(deformer), exemplar, positions);
 }

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "deform/deformer.h"
-
 #include <string.h>
 
+#include "api/checks.h"
 #include "api/structs.h"
 
 void exm_solve_report_init(exm_solve_report *report)
@@ -26,21 +25,12 @@ exm_status exm_deformer_get_info(const exm_deformer *deformer, exm_deformer_info
   return report_write(info, &deformer->info, sizeof deformer->info, "info");
 }
 
-static exm_status check_exemplar(const exm_deformer *deformer, size_t exemplar)
-{
-  if (exemplar >= deformer->info.exemplar_count) {
-    return status_set_at(EXM_ERROR_ARGUMENT, EXM_ELEMENT_EXEMPLAR, exemplar,
-                         "exemplar is %zu, but the deformer has %zu", exemplar, deformer->info.exemplar_count);
-  }
-  return EXM_OK;
-}
-
 exm_status exm_deformer_handle_pose(const exm_deformer *deformer, size_t exemplar, double *targets)
 {
   TRY(check_pointer(deformer, "deformer"));
   TRY(check_pointer(targets, "targets"));
   TRY(check_exemplar(deformer, exemplar));
-  deformer_handle_pose(deformer, exemplar, targets);
+  deformer->methods->handle_pose(deformer, exemplar, targets);
   return EXM_OK;
 }
 
@@ -52,7 +42,7 @@ exm_status exm_deformer_positions(const exm_deformer *deformer, int32_t thread_c
     return status_set(EXM_ERROR_ARGUMENT, "thread_count is %d, not 0 or more", thread_count);
   }
   if (deformer->has_result) {
-    skinning_apply(deformer->skin, deformer->affine, thread_count, positions);
+    deformer->methods->positions(deformer, thread_count, positions);
   } else {
     memcpy(positions, deformer->reference, 3 * deformer->info.vertex_count * sizeof(float));
   }
@@ -64,7 +54,7 @@ exm_status exm_deformer_positions_f64(const exm_deformer *deformer, double *posi
   TRY(check_pointer(deformer, "deformer"));
   TRY(check_pointer(positions, "positions"));
   if (deformer->has_result) {
-    skinning_apply_f64(deformer->skin, deformer->affine, positions);
+    deformer->methods->positions_f64(deformer, positions);
     return EXM_OK;
   }
   for (size_t i = 0; i < 3 * deformer->info.vertex_count; i++) {
@@ -77,6 +67,9 @@ exm_status exm_deformer_weights(const exm_deformer *deformer, float *weights)
 {
   TRY(check_pointer(deformer, "deformer"));
   TRY(check_pointer(weights, "weights"));
+  if (!deformer->weights) {
+    return status_set(EXM_ERROR_ARGUMENT, "deformer moves every vertex by itself: it has no skinning weights");
+  }
   memcpy(weights, deformer->weights, deformer->info.handle_count * deformer->info.vertex_count * sizeof(float));
   return EXM_OK;
 }

@@ -1,188 +1,74 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "deform/deformer.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "linalg/dense.h"
-
-/** Targets off a planar mesh's plane: handles lift the skin by their weights, free ones follow at least bending. */
-static void lift(exm_deformer *deformer, const double *targets)
+exm_status deformer_begin(size_t size, const deformer_methods *methods, exm_deformer_kind kind, const mesh *reference,
+                          const exm_handles *handles, exm_deformer **out)
 {
-  size_t const H = deformer->info.handle_count;
-  for (size_t h = 0; h < H; h++) {
-    const double *target = targets + 12 * h;
-    double const point[3] = {target[3], target[7], target[11]};
-    int const is_free = deformer->handle_kinds[h] == EXM_HANDLE_FREE;
-    deformer->pinned_heights[h] = is_free ? 0 : space_height(&deformer->coordinates, point);
+  size_t const V = reference->vertex_count, H = handles->count;
+  exm_deformer *deformer = calloc(1, size);
+  *out = NULL;
+  if (!deformer) {
+    return status_no_memory("the deformer");
   }
-  dense_times(H, H, 1, deformer->height_map, deformer->pinned_heights, deformer->heights);
-}
-
-/** Largest distance of a held handle's centre from its target, measured on the skinning coefficients themselves. */
-static double residual(const exm_deformer *deformer, const double *targets, const double *affine)
-{
-  const dictionary *d = &deformer->atoms;
-  size_t const width = d->exemplar_count * d->dimension, rows = 1 + 3 * d->exemplar_count;
-  double worst = 0, centre[3];
-  for (size_t h = 0; h < d->handle_count; h++) {
-    if (deformer->handle_kinds[h] == EXM_HANDLE_FREE) {
-      continue;
-    }
-    const double *from = affine + h * rows * 3;
-    double point[3] = {from[0], from[1], from[2]}, square = 0;
-    for (size_t s = 0; s < d->exemplar_count; s++) {
-      space_to_point(&deformer->coordinates, d->centres + h * width + s * d->dimension, centre);
-      for (size_t a = 0; a < 3; a++) {
-        dense_axpy(3, centre[a], from + (1 + 3 * s + a) * 3, point);
-      }
-    }
-    for (int k = 0; k < 3; k++) {
-      double const miss = point[k] - targets[h * 12 + (size_t)k * 4 + 3];
-      square += miss * miss;
-    }
-    worst = fmax(worst, sqrt(square));
+  deformer->methods = methods;
+  deformer->info = (exm_deformer_info){.struct_size = sizeof deformer->info,
+                                       .vertex_count = V,
+                                       .handle_count = H,
+                                       .dimension = 3,
+                                       .kind = (int32_t)kind};
+  deformer->handle_kinds = ARENA_NEW(&deformer->memory, int32_t, H);
+  deformer->reference = ARENA_NEW(&deformer->memory, float, 3 * V);
+  if (!deformer->handle_kinds || !deformer->reference) {
+    deformer_destroy(deformer);
+    return status_no_memory("the deformer");
   }
-  return worst;
-}
-
-exm_status deformer_solve(exm_deformer *deformer, const double *targets, const amrap_options *options,
-                          exm_solve_report *report)
-{
-  amrap *solver = &deformer->solver;
-  double const unit = deformer->coordinates.unit;
-  constraints_targets(&deformer->held, &deformer->coordinates, targets, deformer->targets);
-  amrap_set_targets(solver, deformer->targets);
-  TRY(amrap_alternate(solver, options, report));
-  lift(deformer, targets);
-  reduced_coefficients(&solver->reduced, solver->u, solver->c, deformer->scratch, deformer->coefficients);
-  dictionary_affine(&deformer->atoms, &deformer->coordinates, deformer->coefficients, deformer->heights,
-                    deformer->scratch, deformer->affine);
-  deformer->has_result = 1;
-  report->constraint_residual = residual(deformer, targets, deformer->affine);
-  report->objective *= unit;
-  report->optimality_gap *= unit;
-  report->elastic_energy *= unit * unit;
-  for (size_t i = 0; i < report->history_count; i++) {
-    report->history[i] *= unit;
+  memcpy(deformer->handle_kinds, handles->kinds, H * sizeof(int32_t));
+  for (size_t i = 0; i < 3 * V; i++) {
+    deformer->reference[i] = (float)reference->positions[i / 3][i % 3];
   }
+  *out = deformer;
   return EXM_OK;
 }
 
-exm_status deformer_exemplar_positions(const exm_deformer *deformer, size_t exemplar, double *positions)
+exm_status deformer_check_held(const mesh *reference, const exm_handles *handles)
 {
-  const reduced_mesh *r = &deformer->solver.reduced;
-  size_t const d = r->dimension, S = r->exemplar_count, width = S * d;
+  size_t const parts = reference->report.component_count;
   arena scratch = {0};
-  double *u = ARENA_NEW(&scratch, double, r->rank *d);
-  double *X = ARENA_NEW(&scratch, double, r->shape_rows *d);
-  double *room = ARENA_NEW(&scratch, double, (r->rank + 1 + width) * d);
-  double *T = ARENA_NEW(&scratch, double, r->atom_count *d);
-  double *affine = ARENA_NEW(&scratch, double, deformer->info.handle_count *(1 + 3 * S) * 3);
-  exm_status status = u && X && room && T && affine ? EXM_OK : status_no_memory("an exemplar's solution");
-  if (status == EXM_OK) {
-    amrap_exemplar_pose(&deformer->solver, exemplar, X, u);
-    reduced_coefficients(r, u, deformer->solver.c, room, T);
-    dictionary_affine(&deformer->atoms, &deformer->coordinates, T, deformer->heights, room, affine);
-    skinning_apply_f64(deformer->skin, affine, positions);
+  unsigned char *is_held = ARENA_NEW(&scratch, unsigned char, parts);
+  if (!is_held) {
+    return status_no_memory("the handles");
+  }
+  for (size_t h = 0; h < handles->count; h++) {
+    for (size_t i = handles->vertex_offsets[h]; i < handles->vertex_offsets[h + 1]; i++) {
+      is_held[reference->components[handles->vertices[i]]] |= handles->kinds[h] != EXM_HANDLE_FREE;
+    }
+  }
+  size_t loose = 0, first = SIZE_MAX;
+  for (size_t v = reference->vertex_count; v-- > 0;) {
+    first = is_held[reference->components[v]] ? first : v;
+  }
+  for (size_t p = 0; p < parts; p++) {
+    loose += !is_held[p];
   }
   arena_release(&scratch);
-  return status;
-}
-
-void deformer_exemplar_energies(const exm_deformer *deformer, double *energies)
-{
-  const reduced_mesh *r = &deformer->solver.reduced;
-  double const unit = deformer->coordinates.unit;
-  for (size_t i = 0; i < r->group_count * r->exemplar_count; i++) {
-    energies[i] = deformer->solver.D[i] * unit * unit;
+  if (loose > 0) {
+    return status_set_at(EXM_ERROR_UNCONSTRAINED, EXM_ELEMENT_VERTEX, first,
+                         "%zu of %zu connected parts have only free handles, or none, that of vertex %zu for one: each "
+                         "needs a pinned or oriented handle",
+                         loose, parts, first);
   }
-}
-
-void deformer_rotations(const exm_deformer *deformer, double *rotations)
-{
-  const reduced_mesh *r = &deformer->solver.reduced;
-  size_t const d = r->dimension;
-  double turned[9], linear[3][3];
-  for (size_t i = 0; i < r->group_count * r->exemplar_count; i++) {
-    for (size_t a = 0; a < d; a++) {
-      for (size_t b = 0; b < d; b++) {
-        turned[a * d + b] = deformer->solver.rotations[(i * d + b) * d + a];
-      }
-    }
-    space_to_linear(&deformer->coordinates, turned, linear);
-    memcpy(rotations + 9 * i, linear, sizeof linear);
-  }
-}
-
-/** A linear map from its images of the directions that a frame's rows hold; a plane's normal follows as the images'
- *  cross product, one direction alone leaves the others as they are. */
-static void frame_from_rows(const exm_deformer *deformer, size_t handle, const double *images, size_t stride,
-                            double *linear)
-{
-  size_t const d = deformer->coordinates.dimension;
-  double directions[3][3] = {{0}}, image[3][3] = {{0}};
-  size_t count = 0;
-  for (size_t i = 0; i < deformer->held.row_count; i++) {
-    const constraint_row *row = &deformer->held.rows[i];
-    if (row->handle == handle && row->is_frame && count < 3) {
-      memcpy(directions[count], row->direction, d * sizeof(double));
-      memcpy(image[count++], images + i * stride, d * sizeof(double));
-    }
-  }
-  if (d == 3 && count == 2) {
-    double length = 0;
-    for (int k = 0; k < 3; k++) {
-      int const i = (k + 1) % 3, j = (k + 2) % 3;
-      directions[2][k] = directions[0][i] * directions[1][j] - directions[0][j] * directions[1][i];
-      image[2][k] = image[0][i] * image[1][j] - image[0][j] * image[1][i];
-      length += image[2][k] * image[2][k];
-    }
-    for (int k = 0; k < 3 && length > 0; k++) {
-      image[2][k] /= sqrt(length);
-    }
-    count = 3;
-  }
-  if (count < d) {
-    for (size_t i = 0; i < d; i++) {
-      for (size_t j = 0; j < d; j++) {
-        linear[i * d + j] = (i == j) + (image[0][i] - directions[0][i]) * directions[0][j];
-      }
-    }
-    return;
-  }
-  for (size_t a = 0; a < d; a++) {
-    for (size_t b = 0; b < d; b++) {
-      for (size_t j = 0; j < d; j++) {
-        linear[a * d + b] += image[j][a] * directions[j][b];
-      }
-    }
-  }
-}
-
-void deformer_handle_pose(const exm_deformer *deformer, size_t exemplar, double *targets)
-{
-  const dictionary *atoms = &deformer->atoms;
-  size_t const d = atoms->dimension, width = atoms->exemplar_count * d;
-  const double *images = deformer->solver.reduced.exemplar_targets + exemplar * d;
-  double point[3], in_caller[3][3];
-  for (size_t h = 0; h < atoms->handle_count; h++) {
-    double linear[9] = {0};
-    frame_from_rows(deformer, h, images, width, linear);
-    space_to_linear(&deformer->coordinates, linear, in_caller);
-    space_to_point(&deformer->coordinates, atoms->centres + h * width + exemplar * d, point);
-    for (size_t k = 0; k < 3; k++) {
-      memcpy(targets + h * 12 + k * 4, in_caller[k], 3 * sizeof(double));
-      targets[h * 12 + k * 4 + 3] = point[k];
-    }
-  }
+  return EXM_OK;
 }
 
 void deformer_destroy(exm_deformer *deformer)
 {
   if (deformer) {
-    skinning_destroy(deformer->skin);
+    if (deformer->methods->release) {
+      deformer->methods->release(deformer);
+    }
     arena_release(&deformer->memory);
     free(deformer);
   }

@@ -8,8 +8,8 @@
  *
  * quadratic in B; eq. 20 becomes the cone program of numeric/cone.h, and the proxies that the next rotations are fitted
  * to are y = G X + Fx c. */
-#ifndef EXM_DEFORM_AMRAP_H
-#define EXM_DEFORM_AMRAP_H
+#ifndef EXM_DEFORM_AMRAP_AMRAP_H
+#define EXM_DEFORM_AMRAP_AMRAP_H
 
 #include "numeric/anderson.h"
 #include "numeric/cone.h"

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "deform/amrap.h"
+#include "deform/amrap/amrap.h"
 #include "linalg/dense.h"
 #include "linalg/rotation.h"
 

@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "deform/amrap.h"
+#include "deform/amrap/amrap.h"
 #include "linalg/dense.h"
 
 enum { ATTEMPTS = 14 };

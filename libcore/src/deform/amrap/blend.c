@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "deform/amrap.h"
+#include "deform/amrap/amrap.h"
 #include "linalg/dense.h"
 
 /* Gap of the cone program relative to its natural size. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include <string.h>
 
-#include "deform/amrap.h"
+#include "deform/amrap/amrap.h"
 #include "linalg/dense.h"
 
 /* Steps that the accelerations remember. */
