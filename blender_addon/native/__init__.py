@@ -6,11 +6,23 @@
         deformer.solve(targets)
         positions = deformer.positions()
 
+A file a noun, here and in declarations/; each kind of deformer is a noun of its own.
 Sizes are those of exemplar.h: V vertices, F triangles, S exemplars, H handles, G edge groups.
 """
 
-from .declarations import ABI_VERSION, Blend, Descent, Element, Flaw, Kind, Start, Status
-from .deformer import Amrap, AmrapSettings, Deformer, DeformerInfo, SolveReport
+from .amrap import Amrap, AmrapSettings
+from .declarations import (
+    ABI_VERSION,
+    Blend,
+    DeformerKind,
+    Descent,
+    Element,
+    Flaw,
+    Kind,
+    Start,
+    Status,
+)
+from .deformer import Deformer, DeformerInfo, SolveReport
 from .errors import ExemplarError, LibraryError
 from .handles import Handles, bounded_biharmonic
 from .library import library, library_path, library_version
@@ -23,6 +35,7 @@ __all__ = (
     "Blend",
     "Deformer",
     "DeformerInfo",
+    "DeformerKind",
     "Descent",
     "Element",
     "ExemplarError",

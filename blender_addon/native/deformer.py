@@ -1,26 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Deformers: bind once, solve often."""
+"""Deformers: bind once, solve often. What all kinds share; each has a file of its own."""
 
 import threading
-from ctypes import byref, c_void_p
 from dataclasses import dataclass, field
 
 import numpy
 
 from .arrays import as_input, as_output
-from .declarations import (
-    Blend,
-    CAmrapBindSettings,
-    CAmrapSolveSettings,
-    CDeformerInfo,
-    CSolveReport,
-    Descent,
-    Start,
-    initialised,
-)
+from .declarations import CDeformerInfo, CSolveReport, initialised
 from .errors import check
-from .library import library
-from .progress import ProgressCallback
 
 
 @dataclass(frozen=True)
@@ -37,19 +25,6 @@ class DeformerInfo:
 
 
 @dataclass(frozen=True)
-class AmrapSettings:
-    """Solve-time settings; None leaves the library's default."""
-
-    lambda_: float = None
-    blend: Blend = None
-    rotations: bool = None
-    start: Start = Start.STATELESS
-    descent: Descent = None
-    iterations: int = None
-    tolerance: float = None
-
-
-@dataclass(frozen=True)
 class SolveReport:
     converged: bool
     iterations: int
@@ -60,6 +35,11 @@ class SolveReport:
     seconds: float
     history: numpy.ndarray = field(repr=False)
     warning: str  # "" or a sentence
+
+
+def given(settings):
+    """{field: value} of a settings dataclass; None stands for the library's default."""
+    return {name: value for name, value in vars(settings).items() if value is not None}
 
 
 class Deformer:
@@ -89,6 +69,30 @@ class Deformer:
         out = numpy.empty(shape, dtype)
         self._call(name, *arguments, out.ctypes.data)
         return out
+
+    def _solve(self, name, targets, settings, history_capacity):
+        """Call a kind's solve function; `settings` is its structure."""
+        targets = as_input("targets", targets, numpy.float64, (self.info.handle_count, 3, 4))
+        history = numpy.empty(history_capacity, numpy.float64)
+        report = initialised(
+            self._library,
+            CSolveReport,
+            "exm_solve_report_init",
+            history=history.ctypes.data if history_capacity else None,
+            history_capacity=history_capacity,
+        )
+        warning = self._call(name, targets.ctypes.data, settings, report)
+        return SolveReport(
+            bool(report.converged),
+            report.iterations,
+            report.objective,
+            report.elastic_energy,
+            report.constraint_residual,
+            report.optimality_gap,
+            report.seconds,
+            history[: report.history_count],
+            warning,
+        )
 
     def positions(self, out=None, thread_count=0):
         """float32 [V][3]"""
@@ -125,110 +129,3 @@ class Deformer:
     def __del__(self):
         if getattr(self, "_handle", None):
             self.close()
-
-
-class Amrap(Deformer):
-    """As-multi-rigid-as-possible deformation of `mesh` in the space of `exemplars` [S][V][3].
-
-    handles           Handles
-    edge_group_count  0: twice the handle count
-    dimension         0: 2 for a flat mesh with flat exemplars, else 3
-    weights           float32 [H][V] instead of bounded biharmonic ones
-    progress          called with (fraction, stage); returns True to cancel
-    """
-
-    def __init__(
-        self,
-        mesh,
-        exemplars,
-        handles,
-        edge_group_count=0,
-        dimension=0,
-        weights=None,
-        progress=None,
-    ):
-        loaded = library()
-        vertex_count = mesh.report.vertex_count
-        exemplars = as_input("exemplars", exemplars, numpy.float32, (-1, vertex_count, 3))
-        if weights is not None:
-            weights = as_input("weights", weights, numpy.float32, (len(handles), vertex_count))
-        settings = initialised(
-            loaded,
-            CAmrapBindSettings,
-            "exm_amrap_bind_settings_init",
-            edge_group_count=edge_group_count,
-            dimension=dimension,
-            weights=None if weights is None else weights.ctypes.data,
-        )
-        handle = c_void_p()
-        with ProgressCallback(progress) as callback:
-            status = loaded.exm_amrap_create(
-                mesh.handle,
-                exemplars.ctypes.data,
-                len(exemplars),
-                handles.as_struct(),
-                settings,
-                callback,
-                None,
-                byref(handle),
-            )
-            self.warning = check(loaded, status)
-        super().__init__(handle, loaded)
-
-    def solve(self, targets, settings=AmrapSettings(), history_capacity=0):
-        """Solve for targets [H][3][4]; returns a SolveReport."""
-        targets = as_input("targets", targets, numpy.float64, (self.info.handle_count, 3, 4))
-        history = numpy.empty(history_capacity, numpy.float64)
-        report = initialised(
-            self._library,
-            CSolveReport,
-            "exm_solve_report_init",
-            history=history.ctypes.data if history_capacity else None,
-            history_capacity=history_capacity,
-        )
-        native = initialised(
-            self._library,
-            CAmrapSolveSettings,
-            "exm_amrap_solve_settings_init",
-            **{name: value for name, value in vars(settings).items() if value is not None},
-        )
-        warning = self._call("exm_amrap_solve", targets.ctypes.data, native, report)
-        return SolveReport(
-            bool(report.converged),
-            report.iterations,
-            report.objective,
-            report.elastic_energy,
-            report.constraint_residual,
-            report.optimality_gap,
-            report.seconds,
-            history[: report.history_count],
-            warning,
-        )
-
-    def blend_weights(self):
-        """float64 [G][S]"""
-        shape = (self.info.edge_group_count, self.info.exemplar_count)
-        return self._read("exm_amrap_blend_weights", numpy.float64, shape)
-
-    def blend_average(self):
-        """float64 [S]"""
-        return self._read("exm_amrap_blend_average", numpy.float64, self.info.exemplar_count)
-
-    def edge_groups(self):
-        """uint32 [V]"""
-        return self._read("exm_amrap_edge_groups", numpy.uint32, self.info.vertex_count)
-
-    def rotations(self):
-        """float64 [G][S][3][3]"""
-        shape = (self.info.edge_group_count, self.info.exemplar_count, 3, 3)
-        return self._read("exm_amrap_rotations", numpy.float64, shape)
-
-    def exemplar_energies(self):
-        """float64 [G][S]"""
-        shape = (self.info.edge_group_count, self.info.exemplar_count)
-        return self._read("exm_amrap_exemplar_energies", numpy.float64, shape)
-
-    def exemplar_positions(self, exemplar):
-        """float64 [V][3]"""
-        shape = (self.info.vertex_count, 3)
-        return self._read("exm_amrap_exemplar_positions", numpy.float64, shape, exemplar)

@@ -14,8 +14,8 @@ import support
 os.environ.setdefault("EXEMPLAR_LIBRARY", str(support.LIBRARY))
 sys.path.insert(0, str(support.ROOT / "blender_addon"))
 
+from native.amrap import Amrap, AmrapSettings  # noqa: E402
 from native.declarations import Kind  # noqa: E402
-from native.deformer import Amrap, AmrapSettings  # noqa: E402
 from native.handles import Handles  # noqa: E402
 from native.mesh import Mesh  # noqa: E402
 
