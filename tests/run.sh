@@ -82,66 +82,7 @@ install_packages() {
   fi
 }
 
-# -------------------------------------------------------------------------------------------------------- results
-
-passed=0
-failed=0
-skipped=0
-
-report() { # word name
-  echo "$1 $2"
-  case $1 in
-    ok) passed=$((passed + 1)) ;;
-    FAIL) failed=$((failed + 1)) ;;
-    skip) skipped=$((skipped + 1)) ;;
-  esac
-}
-
-matches() { [[ $1 == *"$pattern"* ]]; }
-
-# One test that is a command: passes where the command does.
-check() { # name command...
-  local name=$1 log=$logs/${1//\//_}.log
-  shift
-  matches "$name" || return 0
-  if timeout "$time_limit" "$@" >"$log" 2>&1; then
-    report ok "$name"
-  else
-    sed 's/^/  /' "$log" | tail -n 100
-    report FAIL "$name"
-  fi
-}
-
-# A program of many tests, which prints "ok NAME", "FAIL NAME" or "skip NAME: why" for each and "end" at last. One that
-# prints none of these is a single test, by its exit status.
-program() { # prefix stem command...
-  local prefix=$1 stem=$2 code word name log=$logs/${1//\//_}$2.log
-  shift 2
-  EXM_TEST_PREFIX=$prefix timeout "$time_limit" "$@" >"$log" 2>&1
-  code=$?
-  if ! grep -qE '^(ok|FAIL|skip) |^end$' "$log"; then
-    if matches "$prefix$stem"; then
-      [ $code -eq 0 ] || sed 's/^/  /' "$log" | tail -n 100
-      report "$([ $code -eq 0 ] && echo ok || echo FAIL)" "$prefix$stem"
-    fi
-    return
-  fi
-  if grep -q '^FAIL ' "$log"; then
-    grep -vE '^(ok|FAIL|skip|end)( |$)' "$log" | tail -n 200
-  fi
-  while read -r word name; do
-    report "$word" "$name"
-  done < <(grep -E '^(ok|FAIL|skip) ' "$log")
-  # A crash after the last test, a leak, an error that valgrind saw: whatever made it fail without a test saying so.
-  if ! grep -q '^end$' "$log" || { [ $code -ne 0 ] && ! grep -q '^FAIL ' "$log"; }; then
-    tail -n 60 "$log" | sed 's/^/  /'
-    report FAIL "$prefix$stem (exit status $code)"
-  fi
-}
-
-wanted() { # prefix: could a test of this prefix match the pattern?
-  [[ -z $pattern || $1 == *"$pattern"* || $pattern == "$1"* || $pattern != */* ]]
-}
+source tests/results.sh
 
 # --------------------------------------------------------------------------------------------------------- suites
 
@@ -256,6 +197,4 @@ if wanted sanitized/; then
 fi
 [ $static_ready -eq 1 ] && static_checks
 
-[ $skipped -eq 0 ] || echo "$skipped skipped"
-echo "$passed passed, $failed failed"
-[ $failed -eq 0 ]
+conclude

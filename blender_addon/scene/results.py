@@ -97,7 +97,7 @@ def show(obj, positions, mix):
     """Write positions float32 [V][3] where they are seen; `mix` is what influences() returned."""
     check(obj)
     if obj.exemplar.bound_target == "OBJECT":
-        mesh = obj.exemplar.result_object.data
+        mesh = _own_mesh(obj.exemplar.result_object)
         versions.set_mesh_positions(mesh, numpy.ascontiguousarray(positions))
         mesh.update()
         return
@@ -105,6 +105,13 @@ def show(obj, positions, mix):
     key = _result_key(obj)
     versions.set_key_positions(key, numpy.ascontiguousarray(written, numpy.float32))
     obj.data.update_tag()
+
+
+def _own_mesh(result):
+    """Under a library override the mesh is still the library's, and other files' too."""
+    if result.data.library is not None and result.library is None:
+        result.data = result.data.copy()
+    return result.data
 
 
 def _mixed_in(obj, mix):

@@ -57,15 +57,16 @@ def _key_points(key_block):
 
 
 def _key_address(key_block):
-    """Where an older Blender has the key's coordinates, or None.
+    """Where the key's coordinates are, or None where there is no need to know.
 
     Before there was `points`, foreach_set called a function for each point: 2 to 3 ms at 50k
-    vertices, more than the solve. The points are plain float[3] there, and are so only if the
-    first and the last are as far apart as that makes them.
+    vertices, more than the solve. And where the mesh is linked, as under a library override, later
+    Blenders pass over foreach_set without a word. The points are plain float[3], and are so only if
+    the first and the last are as far apart as that makes them.
     """
-    if hasattr(key_block, "points"):
+    if hasattr(key_block, "points") and key_block.id_data.library is None:
         return None
-    points = key_block.data
+    points = _key_points(key_block)
     count = len(points)
     if not count:
         return None

@@ -233,6 +233,35 @@ class Append(FileCase):
         self.assertIsNone(override.library)
         self.follows(override)
 
+    def test_library_override_with_a_separate_object(self):
+        """As the Outliner makes it: of all that belongs together."""
+        bpy.ops.wm.open_mainfile(filepath=self.path)
+        bar = bpy.data.objects["Bar"]
+        bar.exemplar.target = "OBJECT"
+        support.activate(bar)
+        bpy.ops.exemplar.rebind()
+        rigs = bpy.data.collections.new("Rig")
+        bpy.context.scene.collection.children.link(rigs)
+        for obj in list(bpy.context.scene.objects):
+            rigs.objects.link(obj)
+        bpy.ops.wm.save_as_mainfile(filepath=self.path)
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+        with bpy.data.libraries.load(self.path, link=True) as (_, wanted):
+            wanted.collections = ["Rig"]
+        scene = bpy.context.scene
+        overridden = wanted.collections[0].override_hierarchy_create(
+            scene, bpy.context.view_layer, do_fully_editable=True
+        )
+        self.assertIsNone(overridden.library)
+        support.update()
+        override = next(
+            o
+            for o in scene.objects
+            if o.name.startswith("Bar") and not o.library and o.exemplar.bound
+        )
+        self.follows(override)
+        self.assertIsNone(override.exemplar.result_object.library)
+
 
 class OffAndOn(FileCase):
     def test_disable_and_enable_while_bound(self):

@@ -13,7 +13,7 @@ import bpy
 sys.path.insert(0, os.path.dirname(__file__))
 import support  # noqa: E402
 
-SCREENSHOTS = support.ROOT / "build" / "screenshots"
+SCREENSHOTS = Path(os.environ.get("EXEMPLAR_SCREENSHOTS", support.ROOT / "build" / "screenshots"))
 STEPS = (
     "open",
     "bind",
