@@ -12,8 +12,9 @@ enum { MIXTURE_MINIMUM = 24 };
  * is float32's own rounding. */
 static double const MIXTURE_TOLERANCE = 1e-14;
 
-static exm_status keep_weights(arena *owner, const float *weights, dictionary *d)
+static exm_status keep_weights(arena *owner, const dictionary_source *source, dictionary *d)
 {
+  const float *weights = source->weights;
   size_t count = 0;
   for (size_t i = 0; i < d->handle_count * d->vertex_count; i++) {
     count += weights[i] != 0;
@@ -37,7 +38,7 @@ static exm_status keep_weights(arena *owner, const float *weights, dictionary *d
       }
     }
     /* float32 columns sum to one only nearly; the exemplars are in the dictionary's span only if they do exactly. */
-    for (size_t i = first; i < next; i++) {
+    for (size_t i = first; i < next && source->handles; i++) {
       d->weight_values[i] /= sum;
     }
     d->weight_offsets[v + 1] = next;
@@ -62,12 +63,33 @@ static exm_status keep_exemplars(arena *owner, const float *poses, const space *
   return EXM_OK;
 }
 
-static exm_status find_centres(arena *owner, const exm_handles *handles, dictionary *d)
+/** Every function's atoms are centred on the exemplars' centroids. */
+static void find_centroids(const mesh *reference, dictionary *d)
+{
+  size_t const width = d->exemplar_count * d->dimension;
+  double total = 0;
+  for (size_t v = 0; v < d->vertex_count; v++) {
+    dense_axpy(width, reference->masses[v], d->exemplars + v * width, d->centres);
+    total += reference->masses[v];
+  }
+  for (size_t k = 0; k < width; k++) {
+    d->centres[k] /= total;
+  }
+  for (size_t h = 1; h < d->handle_count; h++) {
+    memcpy(d->centres + h * width, d->centres, width * sizeof(double));
+  }
+}
+
+static exm_status find_centres(arena *owner, const mesh *reference, const exm_handles *handles, dictionary *d)
 {
   size_t const width = d->exemplar_count * d->dimension;
   d->centres = ARENA_NEW(owner, double, d->handle_count *width);
   if (!d->centres) {
-    return status_no_memory("the handles");
+    return status_no_memory("the dictionary");
+  }
+  if (!handles) {
+    find_centroids(reference, d);
+    return EXM_OK;
   }
   for (size_t h = 0; h < d->handle_count; h++) {
     size_t const first = handles->vertex_offsets[h], last = handles->vertex_offsets[h + 1];
@@ -128,26 +150,26 @@ done:
   return status;
 }
 
-exm_status dictionary_create(arena *owner, const mesh *reference, const exm_handles *handles, const float *weights,
-                             const float *poses, size_t exemplar_count, const space *s, dictionary *out)
+exm_status dictionary_create(arena *owner, const mesh *reference, const dictionary_source *source, const space *s,
+                             dictionary *out)
 {
   dictionary d = {.vertex_count = reference->vertex_count,
-                  .handle_count = handles->count,
-                  .exemplar_count = exemplar_count,
+                  .handle_count = source->weight_count,
+                  .exemplar_count = source->exemplar_count,
                   .dimension = s->dimension};
-  size_t const width = exemplar_count * s->dimension;
+  size_t const width = d.exemplar_count * s->dimension;
   d.atom_offsets = ARENA_NEW(owner, size_t, d.handle_count + 1);
   d.mixtures = ARENA_NEW(owner, double *, d.handle_count);
   if (!d.atom_offsets || !d.mixtures) {
     return status_no_memory("the dictionary");
   }
-  TRY(keep_weights(owner, weights, &d));
-  TRY(keep_exemplars(owner, poses, s, &d));
-  TRY(find_centres(owner, handles, &d));
+  TRY(keep_weights(owner, source, &d));
+  TRY(keep_exemplars(owner, source->poses, s, &d));
+  TRY(find_centres(owner, reference, source->handles, &d));
   for (size_t h = 0; h < d.handle_count; h++) {
     d.atom_offsets[h + 1] = 1 + width;
   }
-  if (width >= MIXTURE_MINIMUM) {
+  if (source->handles && width >= MIXTURE_MINIMUM) {
     TRY(mix_atoms(owner, reference, &d));
   }
   for (size_t h = 0; h < d.handle_count; h++) {

@@ -27,9 +27,20 @@ typedef struct dictionary {
   size_t atom_count;
 } dictionary;
 
-/** Everything is allocated from `owner`. weights [H][V], poses [S][V][3]. */
-exm_status dictionary_create(arena *owner, const mesh *reference, const exm_handles *handles, const float *weights,
-                             const float *poses, size_t exemplar_count, const space *s, dictionary *out);
+/** What a dictionary is made from. Weights come from handles, or are functions that belong to no place (eigenfunctions,
+ *  bones): those need not sum to one and are taken as they are, their atoms are centred on each exemplar's centroid,
+ * and none is mixed, because some of them will be left out. */
+typedef struct dictionary_source {
+  const exm_handles *handles; /* NULL for functions */
+  size_t weight_count;        /* H */
+  const float *weights;       /* [H][V] */
+  size_t exemplar_count;
+  const float *poses; /* [S][V][3] */
+} dictionary_source;
+
+/** Everything is allocated from `owner`. */
+exm_status dictionary_create(arena *owner, const mesh *reference, const dictionary_source *source, const space *s,
+                             dictionary *out);
 
 /** Values of handle h's atoms at vertex v where its weight is w: [atoms of h]. */
 void dictionary_atoms(const dictionary *d, size_t handle, size_t vertex, double weight, double *out);

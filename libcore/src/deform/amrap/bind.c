@@ -175,8 +175,12 @@ static exm_status build(const amrap_request *request, amrap_deformer *deformer)
   TRY(find_weights(request, &weighing, deformer));
   TRY(find_groups(request, deformer, &shares));
   TRY(progress_report(whole, AFTER_GROUPS, "grouping edges"));
-  TRY(dictionary_create(&deformer->base.memory, request->reference, request->handles, deformer->base.weights,
-                        request->exemplars, request->exemplar_count, &deformer->coordinates, &deformer->atoms));
+  dictionary_source const source = {.handles = request->handles,
+                                    .weight_count = request->handles->count,
+                                    .weights = deformer->base.weights,
+                                    .exemplar_count = request->exemplar_count,
+                                    .poses = request->exemplars};
+  TRY(dictionary_create(&deformer->base.memory, request->reference, &source, &deformer->coordinates, &deformer->atoms));
   TRY(constraints_create(&deformer->base.memory, request->reference, request->handles, &deformer->coordinates,
                          &deformer->held));
   size_t const groups = deformer->base.info.edge_group_count;
