@@ -18,6 +18,38 @@ report() { # word name
 
 matches() { [[ $1 == *"$pattern"* ]]; }
 
+# Programs run side by side, as many as there are processors, and are reported in the order in which they were started.
+jobs=$(nproc)
+started=0
+reported=0
+prefixes=() stems=() job_logs=()
+
+start() { # prefix stem command...
+  local log=$logs/${1//\//_}$2.log
+  while [ "$(jobs -rp | wc -l)" -ge "$jobs" ]; do
+    wait -n
+    report_finished
+  done
+  prefixes[started]=$1 stems[started]=$2 job_logs[started]=$log
+  started=$((started + 1))
+  rm -f "$log.code"
+  shift 2
+  { timeout "$time_limit" "$@" >"$log" 2>&1; echo $? >"$log.code.new"; mv "$log.code.new" "$log.code"; } &
+}
+
+report_finished() {
+  while [ $reported -lt $started ] && [ -e "${job_logs[reported]}.code" ]; do
+    report_program "${prefixes[reported]}" "${stems[reported]}" "${job_logs[reported]}" \
+      "$(cat "${job_logs[reported]}.code")"
+    reported=$((reported + 1))
+  done
+}
+
+finish() {
+  wait
+  report_finished
+}
+
 # One test that is a command: passes where the command does.
 check() { # name command...
   local name=$1 log=$logs/${1//\//_}.log
@@ -34,10 +66,11 @@ check() { # name command...
 # A program of many tests, which prints "ok NAME", "FAIL NAME" or "skip NAME: why" for each and "end" at last. One that
 # prints none of these is a single test, by its exit status.
 program() { # prefix stem command...
-  local prefix=$1 stem=$2 code word name log=$logs/${1//\//_}$2.log
-  shift 2
-  EXM_TEST_PREFIX=$prefix timeout "$time_limit" "$@" >"$log" 2>&1
-  code=$?
+  start "$1" "$2" env EXM_TEST_PREFIX="$1" "${@:3}"
+}
+
+report_program() { # prefix stem log code
+  local prefix=$1 stem=$2 log=$3 code=$4 word name
   if ! grep -qE '^(ok|FAIL|skip) |^end$' "$log"; then
     if matches "$prefix$stem"; then
       [ $code -eq 0 ] || sed 's/^/  /' "$log" | tail -n 100
@@ -64,6 +97,7 @@ wanted() { # prefix: could a test of this prefix match the pattern?
 
 # The line that ends a run; the exit status of the runner.
 conclude() {
+  finish
   [ $skipped -eq 0 ] || echo "$skipped skipped"
   echo "$passed passed, $failed failed"
   [ $failed -eq 0 ]

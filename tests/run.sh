@@ -112,7 +112,7 @@ valgrind_tests() {
   wanted valgrind/ || return 0
   local name
   for name in $(sed -n 's/^test_//p' tests/valgrind.txt); do
-    OMP_NUM_THREADS=1 program valgrind/ "$name" valgrind --quiet --error-exitcode=99 --leak-check=full \
+    program valgrind/ "$name" env OMP_NUM_THREADS=1 valgrind --quiet --error-exitcode=99 --leak-check=full \
       --errors-for-leak-kinds=definite --suppressions=tests/valgrind.supp "$plain/tests/test_$name"
   done
 }
@@ -134,7 +134,7 @@ packaging_tests() {
   for source in tests/packaging/test_*.py; do
     [ -e "$source" ] || continue
     name=$(basename "$source" .py)
-    EXEMPLAR_BUILD=$plain program packaging/ "${name#test_}" env -u EXEMPLAR_LIBRARY /usr/bin/python3 "$source"
+    program packaging/ "${name#test_}" env -u EXEMPLAR_LIBRARY EXEMPLAR_BUILD="$plain" /usr/bin/python3 "$source"
   done
 }
 
@@ -195,6 +195,7 @@ if wanted sanitized/; then
   build "$sanitized" -DEXM_SANITIZE=ON -DCMAKE_BUILD_TYPE=Debug &&
     ASAN_OPTIONS=allocator_may_return_null=1 c_tests sanitized/ "$sanitized"
 fi
+finish
 [ $static_ready -eq 1 ] && static_checks
 
 conclude

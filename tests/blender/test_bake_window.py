@@ -2,48 +2,23 @@
 """Baking in a real window, under Xvfb: progress, Esc, undo."""
 
 import os
-import shutil
-import subprocess
 import sys
-import unittest
-from pathlib import Path
-
-import bpy
 
 sys.path.insert(0, os.path.dirname(__file__))
 import support  # noqa: E402
+import windows  # noqa: E402
 
-SCREENSHOTS = Path(os.environ.get("EXEMPLAR_SCREENSHOTS", support.ROOT / "build" / "screenshots"))
 STEPS = ("panel", "escape", "bake", "undo", "another_file")
 
 
-class Window(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        if not shutil.which("xvfb-run"):
-            raise unittest.SkipTest("xvfb-run is not installed")
-        SCREENSHOTS.mkdir(parents=True, exist_ok=True)
-        command = ["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", bpy.app.binary_path]
-        command += ["--factory-startup", "--enable-event-simulate", "--no-window-focus"]
-        command += ["--window-geometry", "0", "0", "1280", "800", "--python"]
-        command += [str(Path(__file__).with_name("window_bake.py")), "--", str(SCREENSHOTS)]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=300)
-        cls.output = done.stdout + done.stderr
+class Window(windows.WindowTests):
+    script = "window_bake.py"
 
     def test_no_traceback(self):
         self.assertNotIn("Traceback", self.output)
 
 
-def _test_of(step):
-    def test(self):
-        self.assertIn(f"ok {step}\n", self.output, self.output)
-
-    return test
-
-
-for _step in STEPS:
-    setattr(Window, f"test_{_step}", _test_of(_step))
-
+windows.add_steps(Window, STEPS)
 
 if __name__ == "__main__":
     support.run(globals())

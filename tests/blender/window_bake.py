@@ -74,12 +74,11 @@ def escape(screen):
     scene.frame_set(5)
     before = bake_support.scene_state(bpy.data.objects["Bar"])
     check(start(screen, 100_000) == {"RUNNING_MODAL"}, "runs beside the window")
-    yield 1.0
-    check(len(parts()) == 1, "writes beside the target")
-    check(scene.frame_current > 5, "goes through the frames")
+    yield from wait_for(lambda: len(parts()) == 1, "writes beside the target")
+    yield from wait_for(lambda: scene.frame_current > 5, "goes through the frames")
     screen.shoot("bake_2_progress")
     screen.tap("ESC")
-    yield from wait_for(lambda: not parts(), 10)
+    yield from wait_for(lambda: not parts(), "leaves nothing behind")
     yield 0.3
     check(TARGET.read_bytes() == b"before", "the previous file is untouched")
     check(bake_support.scene_state(bpy.data.objects["Bar"]) == before, "so is the scene")
@@ -91,7 +90,7 @@ def bake(screen):
     bar = bpy.data.objects["Bar"]
     expected = bake_support.solved(addon, bar, range(FIRST, LAST + 1))
     start(screen, LAST)
-    yield from wait_for(lambda: TARGET.stat().st_size > 100, 30)
+    yield from wait_for(lambda: TARGET.stat().st_size > 100, "the file is there")
     yield 0.5
     check(scene.frame_current == 5, "back on its frame")
     check(not bar.exemplar.live, "Live is off")
@@ -115,8 +114,7 @@ def undo(screen):
 def another_file(screen):
     """Loading a file ends a bake that runs, and leaves no half file."""
     start(screen, 100_000)
-    yield 0.5
-    check(len(parts()) == 1, "it runs")
+    yield from wait_for(lambda: len(parts()) == 1, "it runs")
     # The story's own timer ends with the file.
     bpy.app.timers.register(after_loading, first_interval=1.0, persistent=True)
     with screen.override():
