@@ -21,6 +21,7 @@ bl_info = {
 MODULES = (
     "properties.exemplars",
     "properties.handles",
+    "properties.amrap",
     "properties.rig",
     "properties.bake",
     "operators.exemplars",

@@ -166,7 +166,7 @@ def main(name, folder):
         write_obj(folder / "creature_howl.obj", character.shapes["Howl"], character.faces)
 
     add_handles(obj, character)
-    obj.exemplar.rotations = character.rotations
+    obj.exemplar.amrap.rotations = character.rotations
     began = time.perf_counter()
     run(bpy.ops.exemplar.bind)
     taken = time.perf_counter() - began

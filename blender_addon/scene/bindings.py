@@ -14,8 +14,8 @@ from typing import Any
 import bpy
 import numpy
 
-from ..native import Amrap, ExemplarError, Flaw, Handles, Mesh
-from . import fingerprint, inputs, rigs
+from ..native import Deformer, ExemplarError, Flaw, Mesh
+from . import deformers, fingerprint, inputs, rigs
 
 # Deformers whose owner is gone, kept for the redo that may bring it back.
 ORPHANS_KEPT = 2
@@ -29,9 +29,11 @@ class State:
     """What is known at run time of one bound object."""
 
     owner: tuple  # (name, library path or None)
-    deformer: Amrap = None
+    deformer: Deformer = None
     fingerprint: str = ""  # of what the deformer was made from
     centres: Any = None  # float64 [H][3]
+    live_key: tuple = ()  # of deformers.base, as it was last looked at
+    live_digest: str = ""  # of the live data that the deformer has
     verified: bool = False  # compared with its fingerprint since it last changed
     verify_later: bool = False  # ... and that can wait until the hand is still
     problem: ExemplarError = None  # why the result is not up to date
@@ -111,6 +113,10 @@ def ensure(obj, verify=True):
     state = state_of(obj)
     with _lock:
         stale = state.deformer is None or state.fingerprint != obj.exemplar.fingerprint
+        live_key = deformers.bound(obj).live_key(obj)
+        if live_key != state.live_key:
+            state.live_key = live_key
+            state.verified = False
         if state.mismatch is not None and state.verified:
             raise state.mismatch
         if stale or (verify and not state.verified):
@@ -127,11 +133,14 @@ def ensure(obj, verify=True):
 def _bring_up_to_date(obj, state, stale):
     names = fingerprint.names(obj)
     fingerprint.check_size(obj)
-    gathered = inputs.as_bound(obj, names, fingerprint.edge_groups(obj))
+    gathered = inputs.as_bound(obj, names)
     fingerprint.check(obj, gathered)
     if stale:
         deformer, warnings = build(gathered)
         install(obj, gathered, deformer, warnings)
+    elif _digest(gathered) != state.live_digest:
+        deformers.bound(obj).apply(state.deformer, gathered)
+        state.live_digest = _digest(gathered)
 
 
 def build(gathered, progress=None):
@@ -141,13 +150,7 @@ def build(gathered, progress=None):
     """
     with Mesh(gathered.reference, gathered.triangles) as mesh:
         warnings = _mesh_warnings(mesh, gathered.triangles)
-        deformer = Amrap(
-            mesh,
-            gathered.exemplars,
-            Handles(gathered.kinds, gathered.vertex_sets),
-            edge_group_count=gathered.edge_groups,
-            progress=progress,
-        )
+        deformer = deformers.TYPES[gathered.deformer].build(mesh, gathered, progress)
     if deformer.warning and not mesh.warning:
         warnings.append((deformer.warning, ()))
     return deformer, warnings
@@ -168,6 +171,10 @@ def _mesh_warnings(mesh, triangles):
     return warnings
 
 
+def _digest(gathered):
+    return "" if gathered.live is None else gathered.live.digest
+
+
 def install(obj, gathered, deformer, warnings):
     """Put a new deformer in the place of the old one."""
     with _lock:
@@ -176,6 +183,8 @@ def install(obj, gathered, deformer, warnings):
         state.deformer = deformer
         state.fingerprint = fingerprint.of(gathered)
         state.centres = gathered.centres
+        state.live_key = deformers.bound(obj).live_key(obj)
+        state.live_digest = _digest(gathered)
         state.warnings = warnings
         state.verified = True
         state.problem = state.mismatch = None

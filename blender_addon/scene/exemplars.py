@@ -12,6 +12,11 @@ def enabled_names(obj):
     return [name for name in all_names(obj) if is_enabled(obj, name)]
 
 
+def at_least(count):
+    """In words"""
+    return "an exemplar" if count == 1 else "two or more exemplars"
+
+
 def is_enabled(obj, name):
     """A key that was never switched is on."""
     item = obj.exemplar.exemplars.get(name)

@@ -2,6 +2,7 @@
 """What a bind was made from, in digests: small enough to be saved, and precise enough to say which
 exemplar was edited since."""
 
+import functools
 import json
 
 from ..native import Element, ExemplarError
@@ -14,6 +15,8 @@ def of(inputs):
     """JSON, the same for the same inputs."""
     return json.dumps(
         {
+            "deformer": inputs.deformer,
+            "settings": inputs.settings,
             "vertices": len(inputs.reference),
             "topology": inputs.topology,
             "reference": meshes.digest(inputs.reference),
@@ -25,9 +28,19 @@ def of(inputs):
                 [kind, meshes.digest(vertices)]
                 for kind, vertices in zip(inputs.kinds, inputs.vertex_sets)
             ],
-            "edge_groups": inputs.edge_groups,
         }
     )
+
+
+def read(obj):
+    """What of() wrote at the last Bind. Not to be changed."""
+    return _parse(obj.exemplar.fingerprint)
+
+
+@functools.lru_cache(maxsize=64)
+def _parse(text):
+    # Asked for at every frame and every redraw.
+    return json.loads(text)
 
 
 def names(obj):
@@ -35,7 +48,7 @@ def names(obj):
 
     Raises ExemplarError where one is gone.
     """
-    bound = json.loads(obj.exemplar.fingerprint)["exemplars"]
+    bound = read(obj)["exemplars"]
     present = {key.name: key for key in meshes.exemplar_keys(obj)}
     known = {name for name, _ in bound}
     strangers = {}
@@ -60,13 +73,9 @@ def names(obj):
     return found
 
 
-def edge_groups(obj):
-    return json.loads(obj.exemplar.fingerprint)["edge_groups"]
-
-
 def check_size(obj):
     """Before anything relies on it."""
-    bound = json.loads(obj.exemplar.fingerprint)
+    bound = read(obj)
     count = len(obj.data.vertices)
     if count != bound["vertices"]:
         raise ExemplarError(
@@ -76,15 +85,14 @@ def check_size(obj):
 
 def check(obj, inputs):
     """Raise ExemplarError that says what differs from the bind."""
-    bound, now = json.loads(obj.exemplar.fingerprint), json.loads(of(inputs))
+    bound, now = read(obj), json.loads(of(inputs))
     if now["topology"] != bound["topology"]:
         raise ExemplarError(
             "The faces of the mesh were changed since Bind, "
             f"though it has as many vertices as before. {REBIND}"
         )
     if now["reference"] != bound["reference"]:
-        name = meshes.reference_key(obj).name
-        raise ExemplarError(f"Shape key '{name}' was edited since Bind. {REBIND}")
+        raise ExemplarError(f"{meshes.reference_name(obj)} was edited since Bind. {REBIND}")
     for index, ((_, before), (name, after)) in enumerate(zip(bound["exemplars"], now["exemplars"])):
         if before != after:
             raise ExemplarError(

@@ -6,25 +6,28 @@ keys and empties at hand.
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy
 
 from ..native import Element, ExemplarError, Kind, Status
 from ..native.library import library
-from . import exemplars, handles, meshes, versions
+from . import deformers, exemplars, fingerprint, handles, meshes, versions
 
 
 @dataclass
 class BindInputs:
+    deformer: str  # identifier of its kind
+    settings: dict  # of the kind, that take effect at Bind
+    live: Any  # deformers.base.Live or None
     names: list  # of the exemplars
     reference: numpy.ndarray  # float32 [V][3]
     triangles: numpy.ndarray  # uint32 [F][3]
-    exemplars: numpy.ndarray  # float32 [S][V][3]
+    exemplars: numpy.ndarray  # float32 [S][V][3]; S is 0 for kinds that take none
     labels: list  # of the handles
     kinds: list  # [H]
     radii: list  # [H]
     vertex_sets: list  # [H] uint32 arrays
-    edge_groups: int
     topology: str
     centres: numpy.ndarray = field(init=False)  # float64 [H][3]
 
@@ -37,27 +40,29 @@ def for_bind(obj):
     """What the artist has set up now. Raises ExemplarError with what is missing."""
     library()
     handles.adopt_renamed_groups(obj)
-    keys = _enabled_keys(obj)
+    type_ = deformers.chosen(obj)
+    keys = _enabled_keys(obj, type_)
     items = list(obj.exemplar.handles)
     _check_handles(items)
     kinds = [int(Kind[item.kind]) for item in items]
     radii = [item.radius for item in items]
-    gathered = _gather(obj, keys, items, kinds, radii, obj.exemplar.edge_groups)
+    gathered = _gather(obj, type_, type_.bind_settings(obj), keys, items, kinds, radii)
     _check_parts(gathered)
     return gathered
 
 
-def as_bound(obj, exemplar_names, edge_groups):
+def as_bound(obj, exemplar_names):
     """What the object was bound to: the same handles and exemplars as then, wherever they are."""
     handles.adopt_renamed_groups(obj)
-    blocks = obj.data.shape_keys.key_blocks
+    keys = [obj.data.shape_keys.key_blocks[name] for name in exemplar_names]
     items = handles.bound_items(obj)
     kinds = [item.bound_kind for item in items]
     radii = [item.bound_radius for item in items]
-    return _gather(obj, [blocks[name] for name in exemplar_names], items, kinds, radii, edge_groups)
+    settings = fingerprint.read(obj)["settings"]
+    return _gather(obj, deformers.bound(obj), settings, keys, items, kinds, radii)
 
 
-def _gather(obj, keys, items, kinds, radii, edge_groups):
+def _gather(obj, type_, settings, keys, items, kinds, radii):
     count = len(obj.data.vertices)
     for index, key in enumerate(keys):
         if versions.key_size(key) != count:
@@ -67,16 +72,19 @@ def _gather(obj, keys, items, kinds, radii, edge_groups):
                 element=Element.EXEMPLAR,
                 index=index,
             )
-    reference = versions.get_key_positions(meshes.reference_key(obj))
-    _check_finite(meshes.reference_key(obj).name, reference)
+    reference = meshes.reference_positions(obj)
+    _check_finite(meshes.reference_name(obj), reference)
     poses = numpy.empty((len(keys), count, 3), numpy.float32)
     for index, key in enumerate(keys):
         poses[index] = versions.get_key_positions(key)
-        _check_finite(key.name, poses[index], index)
+        _check_finite(f"Shape key '{key.name}'", poses[index], index)
     triangles = meshes.triangles(obj.data)
     if not len(triangles):
         raise ExemplarError(f"'{obj.name}' has no faces.")
     return BindInputs(
+        deformer=type_.identifier,
+        settings=settings,
+        live=type_.live_data(obj),
         names=[key.name for key in keys],
         reference=reference,
         triangles=triangles,
@@ -85,21 +93,23 @@ def _gather(obj, keys, items, kinds, radii, edge_groups):
         kinds=kinds,
         radii=radii,
         vertex_sets=handles.vertex_sets(obj, items, radii, reference),
-        edge_groups=edge_groups,
         topology=meshes.topology_digest(obj.data),
     )
 
 
-def _enabled_keys(obj):
+def _enabled_keys(obj, type_):
+    if not type_.exemplars_needed:
+        return []
     if not meshes.exemplar_keys(obj):
         raise ExemplarError(
             f"'{obj.name}' has no shape keys. Sculpt its poses as shape keys first: "
             "Object Data Properties, Shape Keys."
         )
     names = exemplars.enabled_names(obj)
-    if len(names) < 2:
+    if len(names) < type_.exemplars_needed:
         have = "Only one exemplar is" if names else "No exemplar is"
-        raise ExemplarError(f"{have} switched on. Switch on two or more shape keys as exemplars.")
+        want = exemplars.at_least(type_.exemplars_needed)
+        raise ExemplarError(f"{have} switched on. Switch on {want}.")
     return [obj.data.shape_keys.key_blocks[name] for name in names]
 
 
@@ -108,7 +118,7 @@ def _check_finite(name, positions, index=None):
     if len(bad):
         more = f" and {len(bad) - 1} more" if len(bad) > 1 else ""
         raise ExemplarError(
-            f"Shape key '{name}' has coordinates that are not numbers, at vertex {bad[0]}{more}.",
+            f"{name} has coordinates that are not numbers, at vertex {bad[0]}{more}.",
             element=Element.EXEMPLAR,
             index=index,
             vertices=bad,

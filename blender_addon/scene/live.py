@@ -233,6 +233,8 @@ def _finish(obj):
             state.verify_later = False
             bindings.ensure(obj)
             _report(state, None)
+            if _has_other_live_data(obj, state):
+                update(obj)
         if not state.settled:
             _refine(obj, state, is_still)
             _flush()
@@ -241,6 +243,11 @@ def _finish(obj):
         _report(state, error)
         return False
     return not state.settled or state.verify_later
+
+
+def _has_other_live_data(obj, state):
+    """A stroke of the brush has ended, and what is shown was solved before it."""
+    return obj.exemplar.live and state.shown and state.shown.live != state.live_digest
 
 
 def _refine(obj, state, is_still):

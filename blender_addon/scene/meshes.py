@@ -5,6 +5,8 @@ import hashlib
 
 import numpy
 
+from . import versions
+
 
 def triangles(mesh):
     """uint32 [F][3]"""
@@ -41,6 +43,17 @@ def digest(*arrays):
 def reference_key(obj):
     keys = obj.data.shape_keys
     return keys.reference_key if keys else None
+
+
+def reference_positions(obj):
+    """The mesh at rest, float32 [V][3]: its Basis, or itself where it has no shape keys."""
+    key = reference_key(obj)
+    return versions.get_mesh_positions(obj.data) if key is None else versions.get_key_positions(key)
+
+
+def reference_name(obj):
+    key = reference_key(obj)
+    return "The mesh" if key is None else f"Shape key '{key.name}'"
 
 
 def exemplar_keys(obj):

@@ -3,22 +3,15 @@
 
 import numpy
 
-from ..native import Element, ExemplarError, Kind
-from . import bindings, fingerprint, handles
+from ..native import Kind
+from . import bindings, deformers, handles
 
 
 def to_exemplar(obj, name):
     """Move the empties to where exemplar `name` has their handles. Returns the names of empties
     that are moved by something else, which may take them back."""
     state = bindings.ensure(obj)
-    names = fingerprint.names(obj)
-    if name not in names:
-        raise ExemplarError(
-            f"'{name}' was not an exemplar at Bind. Choose one that was, or switch it on and "
-            "press Rebind.",
-            element=Element.EXEMPLAR,
-        )
-    return _move(obj, state.deformer.handle_pose(names.index(name)))
+    return _move(obj, deformers.bound(obj).handle_pose(obj, state, name))
 
 
 def reset(obj):

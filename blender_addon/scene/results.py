@@ -10,6 +10,8 @@ from ..native import ExemplarError
 from . import meshes, rigs, versions
 
 KEY_NAME = "Exemplar Result"
+# On the Key data-block: the mesh had no keys, and its Basis is there for our result alone.
+OWN_BASIS = "exemplar_result_basis"
 GONE = "was removed since Bind. Press Rebind."
 
 
@@ -135,7 +137,7 @@ def refuse(obj, target):
     if target == "OBJECT":
         return
     keys = obj.data.shape_keys
-    if not keys.use_relative:
+    if keys and not keys.use_relative:
         raise ExemplarError(
             "The shape keys are absolute. Tick Relative in Shape Keys, "
             "or choose to show the result in a separate object."
@@ -163,7 +165,11 @@ def create(obj, target):
 
 
 def _create_key(obj):
-    rig, keys = obj.exemplar, obj.data.shape_keys
+    rig = obj.exemplar
+    if not obj.data.shape_keys:
+        obj.shape_key_add(name="Basis", from_mix=False)
+        obj.data.shape_keys[OWN_BASIS] = True
+    keys = obj.data.shape_keys
     if keys.key_blocks.get(rig.result_key) is None:
         active = obj.active_shape_key_index
         key = obj.shape_key_add(name=KEY_NAME, from_mix=False)
@@ -241,5 +247,13 @@ def remove(obj):
 def _remove_key(obj, key):
     active = obj.active_shape_key.name if obj.active_shape_key else ""
     obj.shape_key_remove(key)
+    keys = obj.data.shape_keys
+    if keys and OWN_BASIS in keys and len(keys.key_blocks) == 1:
+        # The artist may have edited it, so it goes back into the mesh that it was made from.
+        rest = versions.get_key_positions(keys.reference_key)
+        obj.shape_key_clear()
+        versions.set_mesh_positions(obj.data, rest)
+        obj.data.update()
+        return
     names = obj.data.shape_keys.key_blocks.keys() if obj.data.shape_keys else []
     obj.active_shape_key_index = names.index(active) if active in names else 0

@@ -5,21 +5,14 @@
 """
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy
 
-from ..native import (
-    AmrapSettings,
-    Blend,
-    Descent,
-    Element,
-    ExemplarError,
-    SolveReport,
-    Start,
-)
-from . import bindings, handles, results
+from ..native import Element, ExemplarError, SolveReport
+from . import bindings, deformers, handles, results
 
 # Modes in which Blender holds the mesh's coordinates elsewhere and would write them back over ours.
 PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
@@ -29,7 +22,7 @@ PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
 class SolveResult:
     positions: numpy.ndarray  # float32 [V][3], in the object's space
     report: SolveReport
-    blend_average: numpy.ndarray  # float64 [S], sums to 1
+    blend_average: Any  # float64 [S], sums to 1; None for kinds that do not blend
 
 
 @dataclass(frozen=True)
@@ -37,11 +30,12 @@ class SolveInputs:
     """All that a stateless result depends on, and what else is mixed in where it is shown."""
 
     targets: bytes
-    settings: AmrapSettings
+    settings: Any  # of the kind of deformer
+    live: str  # digest of its live data
     influences: tuple
 
     def solve_part(self):
-        return (self.targets, self.settings)
+        return (self.targets, self.settings, self.live)
 
 
 def solve(obj, depsgraph=None, stateless=True):
@@ -75,34 +69,22 @@ def refuse_paused(obj):
 def read_inputs(obj, state, depsgraph):
     targets = handles.targets(obj, depsgraph, state.centres)
     # Settings can be animated, so the evaluated ones count.
-    settings = read_settings(obj.evaluated_get(depsgraph).exemplar)
-    return SolveInputs(targets.tobytes(), settings, results.influences(obj, depsgraph))
-
-
-def read_settings(rig):
-    return AmrapSettings(
-        lambda_=rig.lambda_,
-        blend=int(Blend[rig.blend]),
-        rotations=rig.rotations,
-        descent=int(Descent[rig.descent]),
-        iterations=rig.iterations,
-        tolerance=rig.tolerance,
-    )
+    settings = deformers.bound(obj).solve_settings(obj.evaluated_get(depsgraph).exemplar)
+    influences = results.influences(obj, depsgraph)
+    return SolveInputs(targets.tobytes(), settings, state.live_digest, influences)
 
 
 def run(obj, state, inputs, stateless):
     """Solve for inputs that were read before; needs neither depsgraph nor scene."""
     targets = numpy.frombuffer(inputs.targets).reshape(-1, 3, 4)
-    settings = inputs.settings
-    if not stateless:
-        # A step of a drag: as little as the library takes for one, for the next is on its way.
-        settings = replace(settings, start=int(Start.WARM), iterations=0, tolerance=0.0)
+    type_ = deformers.bound(obj)
     began = time.perf_counter()
     deformer = state.deformer
     try:
         with deformer.lock:
-            report = deformer.solve(targets, settings)
-            result = SolveResult(deformer.positions(), report, deformer.blend_average())
+            report = type_.solve(deformer, targets, inputs.settings, stateless)
+            blend = type_.blend_average(deformer)
+            result = SolveResult(deformer.positions(), report, blend)
     except ExemplarError as error:
         raise named(obj, error) from error
     if stateless:

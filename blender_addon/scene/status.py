@@ -4,13 +4,12 @@
 Draw functions ask, so nothing here writes to Blender's data.
 """
 
-import json
 import time
 from dataclasses import dataclass
 
 from ..native import ExemplarError, library
 from ..native.declarations import Kind
-from . import bindings, exemplars, handles, meshes, solving
+from . import bindings, deformers, exemplars, fingerprint, handles, meshes, solving
 
 RECHECK_AFTER = 2.0  # seconds
 
@@ -66,10 +65,11 @@ def _next_step(obj):
 
 def why_not_ready(obj):
     """The next thing to do before Bind, or ""."""
-    if not meshes.exemplar_keys(obj):
+    needed = deformers.chosen(obj).exemplars_needed
+    if needed and not meshes.exemplar_keys(obj):
         return "Sculpt poses of the mesh as shape keys: each is an exemplar."
-    if len(exemplars.enabled_names(obj)) < 2:
-        return "Switch on two or more exemplars."
+    if len(exemplars.enabled_names(obj)) < needed:
+        return f"Switch on {exemplars.at_least(needed)}."
     count = len(obj.exemplar.handles)
     if count < 2:
         what = "Add handles" if count == 0 else "Add one more handle"
@@ -118,15 +118,18 @@ def _describe_result(state):
 def pending(obj):
     """What was changed since Bind and takes effect at the next, or ""."""
     rig = obj.exemplar
-    bound = json.loads(rig.fingerprint)
+    bound = fingerprint.read(obj)
+    type_ = deformers.chosen(obj)
     changed = []
+    if type_.identifier != bound["deformer"]:
+        changed.append("deformer")
     # By number: a renamed key is the same exemplar, and a removed one has a message of its own.
     on = exemplars.enabled_names(obj)
     off = len(exemplars.all_names(obj)) - len(on)
     switched_off = {item.name for item in rig.exemplars if not item.enabled}
-    if len(on) != len(bound["exemplars"]) or (
-        off and switched_off.intersection(name for name, _ in bound["exemplars"])
-    ):
+    differ = len(on) != len(bound["exemplars"])
+    off = off and switched_off.intersection(name for name, _ in bound["exemplars"])
+    if bound["exemplars"] and (differ or off):
         changed.append("exemplars")
     if any(
         item.bound_index < 0
@@ -135,8 +138,10 @@ def pending(obj):
         for item in rig.handles
     ):
         changed.append("handles")
-    if rig.edge_groups != bound["edge_groups"]:
-        changed.append("regions")
+    if type_.identifier == bound["deformer"]:
+        now = type_.bind_settings(obj)
+        words = type_.words()
+        changed += [words[name] for name in now if now[name] != bound["settings"].get(name)]
     if rig.target != rig.bound_target:
         changed.append("place of the result")
     return " and ".join([", ".join(changed[:-1]), changed[-1]] if changed[1:] else changed)

@@ -3,7 +3,8 @@
 
 import bpy
 
-from ..scene import rigs
+from ..scene import deformers, rigs
+from . import settings
 from .main import Section
 
 
@@ -36,7 +37,8 @@ class EXEMPLAR_PT_bind_advanced(Section, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        layout.prop(rigs.active_rig(context).exemplar, "edge_groups")
+        obj = rigs.active_rig(context)
+        settings.of(deformers.chosen(obj)).draw_bind(layout, obj)
 
 
 classes = (EXEMPLAR_PT_bind, EXEMPLAR_PT_bind_advanced)

@@ -37,6 +37,11 @@ class EXEMPLAR_PT_main(SidebarPanel, bpy.types.Panel):
             sentence(box, context, line.text, line.icon)
         if obj is not None and len(status.problem_vertices(obj)):
             box.operator("exemplar.select_problem", icon="RESTRICT_SELECT_OFF")
+        if Section.poll(context):
+            column = layout.column()
+            column.use_property_split = True
+            column.use_property_decorate = False
+            column.prop(obj.exemplar, "deformer")
 
 
 classes = (EXEMPLAR_PT_main,)

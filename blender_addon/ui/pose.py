@@ -3,7 +3,8 @@
 
 import bpy
 
-from ..scene import rigs
+from ..scene import deformers, rigs
+from . import settings
 from .main import Section
 
 
@@ -21,9 +22,7 @@ class EXEMPLAR_PT_pose(Section, bpy.types.Panel):
         column = layout.column()
         column.use_property_split = True
         column.use_property_decorate = False
-        column.prop(rig, "lambda_")
-        column.prop(rig, "blend")
-        column.prop(rig, "rotations")
+        settings.of(deformers.current(obj)).draw_pose(column, obj)
         column = layout.column(align=True)
         column.operator("exemplar.pose_to_exemplar", icon="SHAPEKEY_DATA")
         column.operator("exemplar.pose_reset", icon="LOOP_BACK")
@@ -35,13 +34,11 @@ class EXEMPLAR_PT_pose_advanced(Section, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        rig = rigs.active_rig(context).exemplar
+        obj = rigs.active_rig(context)
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        layout.prop(rig, "iterations")
-        layout.prop(rig, "tolerance")
-        layout.prop(rig, "descent")
+        settings.of(deformers.current(obj)).draw_advanced(layout, obj)
 
 
 classes = (EXEMPLAR_PT_pose, EXEMPLAR_PT_pose_advanced)

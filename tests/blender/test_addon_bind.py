@@ -221,13 +221,13 @@ class Bind(SceneCase):
     def test_pending_changes_are_named(self):
         bar, _ = support.make_rig()
         bar.exemplar.handles[0].kind = "ORIENTED"
-        bar.exemplar.edge_groups = 4
+        bar.exemplar.amrap.edge_groups = 4
         bar.exemplar.target = "OBJECT"
         self.assertEqual(status.pending(bar), "handles, regions and place of the result")
 
     def test_edge_groups(self):
         bar, _ = support.make_rig(bind=False)
-        bar.exemplar.edge_groups = 3
+        bar.exemplar.amrap.edge_groups = 3
         bpy.ops.exemplar.bind()
         self.assertEqual(bindings.state_of(bar).deformer.info.edge_group_count, 3)
 

@@ -34,7 +34,7 @@ class FileCase(SceneCase):
 class SaveAndLoad(FileCase):
     def test_reload(self):
         bar, empties = support.make_rig(kinds=("PINNED", "ORIENTED", "PINNED"))
-        bar.exemplar.lambda_ = 0.8
+        bar.exemplar.amrap.lambda_ = 0.8
         empties[2].location = (0.6, 0, 2.1)
         empties[1].rotation_euler.y = 0.3
         support.update()
@@ -43,7 +43,7 @@ class SaveAndLoad(FileCase):
         bpy.ops.wm.open_mainfile(filepath=self.path)
         bar = bpy.data.objects["Bar"]
         self.assertEqual(bindings.deformer_count(), 0)
-        self.assertAlmostEqual(bar.exemplar.lambda_, 0.8, 6)
+        self.assertAlmostEqual(bar.exemplar.amrap.lambda_, 0.8, 6)
         self.assertClose(support.visible(bar), posed, 0)
         support.update()
         self.assertClose(support.solved(bar), posed, 1e-5)

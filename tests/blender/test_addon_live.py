@@ -120,16 +120,16 @@ class Follows(SceneCase):
         support.update()
         for name, value in (("lambda_", 5.0), ("rotations", False), ("blend", "GLOBAL")):
             before = support.visible(self.bar)
-            setattr(self.bar.exemplar, name, value)
+            setattr(self.bar.exemplar.amrap, name, value)
             support.update()
             self.assertFar(support.visible(self.bar), before, 1e-5)
             self.assertClose(support.visible(self.bar), support.solved(self.bar), 1e-5)
 
     def test_settings_can_be_animated(self):
         self.top.location = (0.4, 0.5, 1.5)
-        self.bar.exemplar.keyframe_insert("lambda_", frame=1)
-        self.bar.exemplar.lambda_ = 8.0
-        self.bar.exemplar.keyframe_insert("lambda_", frame=10)
+        self.bar.exemplar.amrap.keyframe_insert("lambda_", frame=1)
+        self.bar.exemplar.amrap.lambda_ = 8.0
+        self.bar.exemplar.amrap.keyframe_insert("lambda_", frame=10)
         shown = {}
         for frame in (1, 10, 1):
             self.scene.frame_set(frame)

@@ -6,7 +6,7 @@ import os
 import bpy
 import numpy as np
 
-from .. import fingerprint, meshes, results, versions
+from .. import exemplars, fingerprint, meshes, results, versions
 from . import curves, mdd, pc2, playback, shape_keys, weights
 from .errors import SettingsError
 
@@ -85,7 +85,7 @@ class ShapeKeyBaker(Baker):
         self._samples.append(positions.copy())
 
     def finish(self):
-        basis = versions.get_key_positions(meshes.reference_key(self.obj))
+        basis = meshes.reference_positions(self.obj)
         blocks = shape_keys.write(self._player, self.frames, self._samples, basis)
         playback.play_keys(self.obj, self._player, blocks)
         return f"Baked {len(blocks)} frames to as many shape keys of {self._player.name}"
@@ -164,7 +164,9 @@ def check_keys(obj):
 def weight_keys(obj):
     """The shape keys whose values a bake of weights animates: the exemplars but the Basis."""
     keys = obj.data.shape_keys
-    bound = (keys.key_blocks[name] for name in fingerprint.names(obj))
+    # A deformer without exemplars can be written as values of keys all the same.
+    names = fingerprint.names(obj) or exemplars.enabled_names(obj)
+    bound = [keys.key_blocks[name] for name in names]
     blocks = [block for block in bound if block != keys.reference_key]
     if not blocks:
         raise SettingsError(f"{obj.name} has no exemplar beside its Basis to give a value to")

@@ -60,14 +60,15 @@ def run(obj, scene, view_layer, settings):
                 solved = solving.solve(obj, view_layer.depsgraph, stateless=True)
                 if not solved.report.converged:
                     unconverged.append(frame)
+                    cap = solved.report.iterations
                 baker.add(solved.positions)
                 yield Progress(frame, done, len(numbers))
         message = baker.finish()
     # The new animation or modifier has not been evaluated yet.
     scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
     if unconverged:
-        cap = f"the cap of {obj.exemplar.iterations} iterations"
-        message += f". {_frames_text(unconverged, len(numbers))} stopped at {cap}"
+        text = _frames_text(unconverged, len(numbers))
+        message += f". {text} stopped at the cap of {cap} iterations"
     return Result(message, baker.path, len(numbers), tuple(unconverged), baker.misfit)
 
 
