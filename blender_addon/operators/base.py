@@ -33,7 +33,8 @@ class ExemplarOperator:
 
     def fail(self, obj, error):
         """The status line keeps the sentence, and what there is to select."""
-        status.remember(obj, error)
+        if obj is not None:
+            status.remember(obj, error)
         self.report({"ERROR"}, str(error))
         return {"CANCELLED"}
 

@@ -8,5 +8,5 @@ results     where the result is shown        solving    a solve, from targets to
 follow      keeps hidden empties evaluated   rigs       which objects are ours
 live        handlers and timers              status     what to tell the artist
 exemplars   which shape keys are used        setup      bind, unbind: all that they change
-binding_job a bind in a thread
+background  work in a thread              deformers  the kinds, behind one interface
 """

@@ -13,7 +13,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..native import ExemplarError
-from . import binding_job, bindings, results, rigs, solving
+from . import background, bindings, results, rigs, solving
 
 # A stateless solve up to this long is not felt in a drag.
 STATELESS_LIMIT = 0.008
@@ -284,5 +284,5 @@ def unregister():
             handlers.remove(function)
     if bpy.app.timers.is_registered(on_timer):
         bpy.app.timers.unregister(on_timer)
-    binding_job.cancel_all()
+    background.cancel_all()
     bindings.clear()

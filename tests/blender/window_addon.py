@@ -15,7 +15,7 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 sys.path.insert(0, os.path.dirname(__file__))
 import addon_support as support  # noqa: E402
 from addon_support import bindings  # noqa: E402
-from blender_addon.scene import binding_job, status  # noqa: E402
+from blender_addon.scene import background, status  # noqa: E402
 
 FOLDER = sys.argv[sys.argv.index("--") + 1]
 
@@ -296,7 +296,7 @@ def escape(screen):
     yield 0.2
     screen.shoot("6_binding")
     screen.tap("ESC")
-    yield from wait_for(lambda: not binding_job.running(), "the thread ends")
+    yield from wait_for(lambda: not background.running(), "the thread ends")
     yield 0.2
     check(not sheet.exemplar.bound, "not bound")
     after = (len(bpy.data.objects), list(sheet.data.shape_keys.key_blocks.keys()))

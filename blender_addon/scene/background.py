@@ -1,31 +1,35 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bind in a thread, so that Blender can show its progress and Esc can end it."""
+"""Work in a thread, so that Blender can show its progress and Esc can end it."""
 
 import threading
 
 from ..native import ExemplarError
-from . import bindings
 
 _running = []
 
 
-class BindingJob:
-    """The thread touches arrays and the library only, nothing of Blender's."""
+class BackgroundJob:
+    """A thread that touches arrays and the library only, nothing of Blender's.
 
-    def __init__(self, gathered):
-        self.gathered = gathered
+    work  called with report(fraction, stage), which returns True when the work should stop
+    drop  called with the result of a job that is cancelled too late
+    """
+
+    def __init__(self, work, drop=None):
         self.fraction = 0.0
         self.stage = ""
+        self._work = work
+        self._drop = drop
         self._result = None
         self._error = None
         self._cancelled = False
-        self._thread = threading.Thread(target=self._run, name="Exemplar bind", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="Exemplar work", daemon=True)
         _running.append(self)
         self._thread.start()
 
     def _run(self):
         try:
-            self._result = bindings.build(self.gathered, self._report)
+            self._result = self._work(self._report)
         except Exception as error:
             self._error = error
 
@@ -38,7 +42,7 @@ class BindingJob:
         return not self._thread.is_alive()
 
     def result(self):
-        """(deformer, warnings), once finished; raises what went wrong."""
+        """What the work returned, once finished; raises what went wrong."""
         self._close()
         if self._error is not None:
             raise self._error
@@ -56,9 +60,9 @@ class BindingJob:
         """Wait for the thread to notice, and drop what it made."""
         self._cancelled = True
         self._close()
-        if self._result is not None:
-            self._result[0].close()
-            self._result = None
+        if self._error is None and self._drop is not None:
+            self._drop(self._result)
+        self._result = None
         if self._error is not None and not isinstance(self._error, ExemplarError):
             raise self._error
 
