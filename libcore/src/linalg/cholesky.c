@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/simd.h"
+#include "linalg/four.h"
 
 struct cholesky {
   cholmod_common common;
@@ -22,7 +22,7 @@ struct cholesky {
   double *rows; /* [size][WIDEST] right-hand sides in the order of the factor */
 };
 
-/* The most right-hand sides of one pass over the factor: two cache lines a row. */
+/* The most right-hand sides of one pass over the factor: two cache lines a row, four `four`s. */
 enum { WIDEST = 16, UNROLL = 4 };
 
 static exm_status translate(const cholmod_common *common, const char *what)
@@ -90,7 +90,8 @@ static exm_status factorize(cholesky *c, const sparse *lower)
   return EXM_OK;
 }
 
-exm_status cholesky_create(const sparse *lower, cholesky **out)
+/* The analysis is made, or taken from `like`. */
+static exm_status create(const sparse *lower, const cholesky *like, cholesky **out)
 {
   *out = NULL;
   cholesky *c = calloc(1, sizeof *c);
@@ -98,8 +99,12 @@ exm_status cholesky_create(const sparse *lower, cholesky **out)
     return status_no_memory("a factorisation");
   }
   configure(&c->common);
-  cholmod_sparse a = view(lower);
-  c->factor = cholmod_analyze(&a, &c->common);
+  if (like) {
+    c->factor = cholmod_copy_factor(like->factor, &c->common);
+  } else {
+    cholmod_sparse a = view(lower);
+    c->factor = cholmod_analyze(&a, &c->common);
+  }
   exm_status status = translate(&c->common, "the analysis of a sparse matrix");
   c->rows = aligned_alloc(64, (lower->size + 1) * WIDEST * sizeof(double)); /* two cache lines a row */
   if (status == EXM_OK && !c->rows) {
@@ -114,6 +119,21 @@ exm_status cholesky_create(const sparse *lower, cholesky **out)
   }
   *out = c;
   return EXM_OK;
+}
+
+exm_status cholesky_create(const sparse *lower, cholesky **out)
+{
+  return create(lower, NULL, out);
+}
+
+exm_status cholesky_create_like(const cholesky *like, const sparse *lower, cholesky **out)
+{
+  if (lower->size != like->factor->n) {
+    *out = NULL;
+    return status_set(EXM_ERROR_INTERNAL, "a factor of %zu rows was given a matrix of %zu", like->factor->n,
+                      lower->size);
+  }
+  return create(lower, like, out);
 }
 
 exm_status cholesky_refactor(cholesky *c, const sparse *lower)
@@ -140,41 +160,6 @@ static panel panel_of(const cholmod_factor *factor, size_t index)
                  .rows = (const int32_t *)factor->s + starts[index],
                  .values = (const double *)factor->x + values[index]};
 }
-
-/* Four right-hand sides. Vector types rather than loops, because whether a loop becomes vector code is a compiler's
- * mood, and it is a factor of five. */
-#if defined(__GNUC__)
-typedef double four __attribute__((vector_size(32)));
-
-/* to -= factor from */
-INLINE void four_subtract(four *to, double factor, const four *from)
-{
-  *to -= factor * *from;
-}
-
-INLINE void four_scale(four *a, double factor)
-{
-  *a *= factor;
-}
-#else
-typedef struct four {
-  double lane[4];
-} four;
-
-INLINE void four_subtract(four *to, double factor, const four *from)
-{
-  for (int k = 0; k < 4; k++) {
-    to->lane[k] -= factor * from->lane[k];
-  }
-}
-
-INLINE void four_scale(four *a, double factor)
-{
-  for (int k = 0; k < 4; k++) {
-    a->lane[k] *= factor;
-  }
-}
-#endif
 
 /* x_i -= sum_c L_ic x_c for `some` rows i below the panel's own. Several rows together are several independent chains
  * of operations, where one would wait for itself. */

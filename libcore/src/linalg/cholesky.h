@@ -19,6 +19,10 @@ typedef struct cholesky cholesky;
  */
 exm_status cholesky_create(const sparse *lower, cholesky **out);
 
+/** Factor another matrix of the pattern that `like` has, by its analysis; `like` is as it was. out and errors: as
+ * above. */
+exm_status cholesky_create_like(const cholesky *like, const sparse *lower, cholesky **out);
+
 /** Factor another matrix of the same pattern, without analysing it again. A factor whose refactoring failed solves
  *  nothing until one succeeds. Errors: as above. */
 exm_status cholesky_refactor(cholesky *factor, const sparse *lower);
