@@ -21,6 +21,8 @@
  * Papers      [AMRAP]  Wampler, "Fast and Reliable Example-Based Mesh IK for Stylized Deformations", SA 2016
  *             [BBW]    Jacobson et al., "Bounded Biharmonic Weights for Real-Time Deformation", SIGGRAPH 2011
  *             [FAST]   Jacobson et al., "Fast Automatic Skinning Transformations", SIGGRAPH 2012
+ *             [Rigidity]  Chen, Gao, Lai and Xia, "Rigidity Controllable As-Rigid-As-Possible Shape Deformation",
+ *                         Graphical Models 2017
  */
 #ifndef EXEMPLAR_H
 #define EXEMPLAR_H
@@ -218,7 +220,8 @@ typedef enum exm_deformer_kind {
 /** Solve-time settings shared by every kind of deformer. */
 typedef enum exm_start {
   EXM_START_STATELESS = 0, /* the result depends on the targets and settings alone: for renders and bakes */
-  EXM_START_WARM = 1       /* goes on from the last solve of this deformer: for dragging */
+  EXM_START_WARM = 1,      /* goes on from the last solve of this deformer: for dragging */
+  EXM_START_POSITIONS = 2  /* goes on from positions that the caller gives; kinds that move every vertex by itself */
 } exm_start;
 
 typedef struct exm_solve_report {
@@ -362,6 +365,127 @@ EXM_API exm_status exm_amrap_exemplar_energies(const exm_deformer *deformer, dou
 
 /** The single-exemplar solution that D was measured on, [V][3]. */
 EXM_API exm_status exm_amrap_exemplar_positions(const exm_deformer *deformer, size_t exemplar, double *positions);
+
+/* -------------------------------------------------------------------------------------------------------- Rigidity */
+
+/** The widest neighbourhood, in rings. */
+#define EXM_RADIUS_MAX 64
+
+typedef struct exm_rigidity_bind_settings {
+  size_t struct_size;
+  const int32_t *radii; /* [V] r of each vertex, 1..EXM_RADIUS_MAX, copied; NULL: `radius` everywhere */
+  int32_t radius;       /* default 1: Sorkine and Alexa's as-rigid-as-possible */
+  double handle_size;   /* share of the mesh's diagonal, default 0.03: a handle smaller than that has a disc of that
+                           radius about it which resists bending the more the closer it is, so that a single vertex
+                           draws a rounded bump and no spike. 0: eq. 1 as it is, where single vertices draw cusps */
+} exm_rigidity_bind_settings;
+
+EXM_API void exm_rigidity_bind_settings_init(exm_rigidity_bind_settings *settings);
+
+/**
+ * Bind a rigidity-controllable deformer [Rigidity]: every vertex moves by itself, and every vertex k has one rotation
+ * for the edges N(k, r_k) that leave the vertices within r_k - 1 edges of k. What is minimised is eq. 1,
+ *
+ *   E = sum_k sum_((i,j) in N(k, r_k)) w_ij |(p'_i - p'_j) - R_k (p_i - p_j)|^2,
+ *
+ * plus the handles' discs, if any. Larger r is stiffer. The weights w_ij are eq. 2's, where negative cotangents count
+ * as 0, corner by corner: so no neighbourhood gains by being torn, and E is never negative. Degenerate triangles hold
+ * their corners together weakly.
+ *
+ * handles   1 or more, at least one pinned or oriented on every connected part.
+ *           Pinned: the centre of its vertices is held; where it has vertices on several connected parts, the centre of
+ *           each share of them is. Oriented: every one of its vertices is held, at the place that the affine frame
+ * takes it to; where they span no area, with as many surrounding rings as are needed, but for vertices of others. Free:
+ * ignored. settings  NULL for the defaults progress  may be NULL out       NULL on failure; release with
+ * exm_deformer_destroy. Its one exemplar is the reference.
+ *
+ * Memory: O(V r) beside the factor, and O(V) for each pinned handle of several vertices.
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_UNCONSTRAINED, EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY,
+ * EXM_ERROR_NUMERIC.
+ */
+EXM_API exm_status exm_rigidity_create(const exm_mesh *mesh, const exm_handles *handles,
+                                       const exm_rigidity_bind_settings *settings, exm_progress progress, void *user,
+                                       exm_deformer **out);
+
+/** Other radii for a bound deformer: neighbourhoods are collected anew and the matrix is factored, but not analysed.
+ *  The last result stays, and a warm solve goes on from it. radii [V], or NULL for `radius` everywhere.
+ *  Errors: as for create; the deformer keeps the radii it had. */
+EXM_API exm_status exm_rigidity_set_radii(exm_deformer *deformer, const int32_t *radii, int32_t radius,
+                                          exm_progress progress, void *user);
+
+/** Other handles for a bound deformer, which keeps its neighbourhoods and the analysis of its matrix; the rest as
+ * above. The handle count of exm_deformer_info changes with it. */
+EXM_API exm_status exm_rigidity_set_handles(exm_deformer *deformer, const exm_handles *handles, exm_progress progress,
+                                            void *user);
+
+/** The radii in use, [V]. */
+EXM_API exm_status exm_rigidity_get_radii(const exm_deformer *deformer, int32_t *radii);
+
+typedef struct exm_rigidity_solve_settings {
+  size_t struct_size;
+  int32_t start;          /* exm_start; default EXM_START_STATELESS: all rotations are the identity, as in the paper;
+                             EXM_START_WARM, EXM_START_POSITIONS */
+  const float *positions; /* [V][3] to start from with EXM_START_POSITIONS: another deformer's result, say */
+  double tolerance;       /* default 1e-3: stop when an iteration takes less than this share off the energy [3.2.3];
+                             0: do just `iterations` */
+  int32_t iterations;     /* cap; 0 chooses 1000, or 10 without a tolerance */
+  int32_t acceleration;   /* default 1: Anderson acceleration, each step of which is checked against the energy;
+                             0: local and global steps alone, as in the paper */
+  int32_t coarse_start; /* stateless solves begin with rotations of a coarser mesh, solved first: default -1: from 5000
+                           vertices on; 0: never; 1: always */
+  int32_t thread_count; /* 0: chosen. The result is the same for any */
+} exm_rigidity_solve_settings;
+
+EXM_API void exm_rigidity_solve_settings_init(exm_rigidity_solve_settings *settings);
+
+/**
+ * Solve for one set of handle targets; read the result with exm_deformer_positions. Nothing is factored. No iteration
+ * increases the energy.
+ *
+ * targets   [H][3][4] as for exm_amrap_solve
+ * settings  NULL for the defaults
+ * report    may be NULL; objective and elastic_energy are E, in the unit of length squared; history is E after each
+ *           iteration
+ *
+ * Returns EXM_WARNING_NOT_CONVERGED where the cap was reached before the tolerance; the result is usable.
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_NUMERIC (numbers too large); the deformer keeps its previous result.
+ */
+EXM_API exm_status exm_rigidity_solve(exm_deformer *deformer, const double *targets,
+                                      const exm_rigidity_solve_settings *settings, exm_solve_report *report);
+
+/** The rotation of every vertex's neighbourhood in the last result, [V][3][3] row-major. */
+EXM_API exm_status exm_rigidity_rotations(const exm_deformer *deformer, double *rotations);
+
+/** The energy of every vertex's neighbourhood in the last result, [V]: the summands of eq. 1 over k. */
+EXM_API exm_status exm_rigidity_energies(const exm_deformer *deformer, double *energies);
+
+typedef struct exm_rigidity_learn_settings {
+  size_t struct_size;
+  int32_t radius_min; /* default 1 */
+  int32_t radius_max; /* default 6 */
+  double omega;       /* default 0.3: what one ring more is worth, in E_ARAP, which has no unit */
+} exm_rigidity_learn_settings;
+
+EXM_API void exm_rigidity_learn_settings_init(exm_rigidity_learn_settings *settings);
+
+/**
+ * Radii from poses [Rigidity, 3.4]: where all poses are rigid over many rings r is large, where they bend it is small.
+ * For each vertex k the r in radius_min..radius_max of least E_ARAP(k, r) + omega (radius_max - r), the larger of equal
+ * ones. E_ARAP(k, r) is the energy of N(k, r) in its best rotation, over the Voronoi area of the vertices within r
+ * edges of k, averaged over the poses. It does not depend on the scale of mesh and poses, if that is one.
+ *
+ * mesh      the reference
+ * poses     [M][V][3] finite, 1 or more, the reference itself not among them
+ * settings  NULL for the defaults
+ * progress  may be NULL
+ * radii     [V] out
+ * energies  [radius_max - radius_min + 1][V] out, E_ARAP by r; may be NULL
+ *
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY.
+ */
+EXM_API exm_status exm_rigidity_learn(const exm_mesh *mesh, const float *poses, size_t pose_count,
+                                      const exm_rigidity_learn_settings *settings, exm_progress progress, void *user,
+                                      int32_t *radii, double *energies);
 
 #ifdef __cplusplus
 }

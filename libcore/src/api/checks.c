@@ -25,23 +25,34 @@ exm_status check_exemplar(const exm_deformer *deformer, size_t exemplar)
   return EXM_OK;
 }
 
-exm_status check_exemplars(const float *exemplars, size_t exemplar_count, size_t vertex_count)
+static exm_status check_shapes(const float *shapes, size_t count, size_t vertex_count, const char *several,
+                               const char *one)
 {
-  if (exemplar_count == 0) {
-    return status_set(EXM_ERROR_ARGUMENT, "exemplar_count is 0: there must be one at least");
+  if (count == 0) {
+    return status_set(EXM_ERROR_ARGUMENT, "%s_count is 0: there must be one at least", one);
   }
-  if (exemplar_count > SIZE_MAX / (3 * sizeof(double)) / vertex_count) {
-    return status_no_memory("the exemplars");
+  if (count > SIZE_MAX / (3 * sizeof(double)) / vertex_count) {
+    return status_no_memory(several);
   }
-  for (size_t i = 0; i < exemplar_count * vertex_count * 3; i++) {
-    if (!isfinite(exemplars[i])) {
+  for (size_t i = 0; i < count * vertex_count * 3; i++) {
+    if (!isfinite(shapes[i])) {
       size_t const vertex = i / 3 % vertex_count;
       return status_set_at(EXM_ERROR_ARGUMENT, EXM_ELEMENT_VERTEX, vertex,
-                           "exemplars: exemplar %zu has a coordinate that is not finite at vertex %zu",
+                           "%s: %s %zu has a coordinate that is not finite at vertex %zu", several, one,
                            i / 3 / vertex_count, vertex);
     }
   }
   return EXM_OK;
+}
+
+exm_status check_exemplars(const float *exemplars, size_t exemplar_count, size_t vertex_count)
+{
+  return check_shapes(exemplars, exemplar_count, vertex_count, "exemplars", "exemplar");
+}
+
+exm_status check_poses(const float *poses, size_t pose_count, size_t vertex_count)
+{
+  return check_shapes(poses, pose_count, vertex_count, "poses", "pose");
 }
 
 exm_status check_targets(const exm_deformer *deformer, const double *targets)

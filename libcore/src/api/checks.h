@@ -13,6 +13,7 @@ exm_status check_exemplar(const exm_deformer *deformer, size_t exemplar);
 
 /** [S][V][3]: enough of them to count, and finite. */
 exm_status check_exemplars(const float *exemplars, size_t exemplar_count, size_t vertex_count);
+exm_status check_poses(const float *poses, size_t pose_count, size_t vertex_count);
 
 /** [H][3][4]: every number that a solve will look at is finite. */
 exm_status check_targets(const exm_deformer *deformer, const double *targets);

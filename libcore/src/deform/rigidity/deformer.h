@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* A mesh bound by Rigidity. Three things can change by themselves after a bind: neighbourhoods, handles, and the system
+ * that follows from both; each has an arena of its own, is made anew and put in the old one's place. */
+#ifndef EXM_DEFORM_RIGIDITY_DEFORMER_H
+#define EXM_DEFORM_RIGIDITY_DEFORMER_H
+
+#include "base/progress.h"
+#include "deform/deformer.h"
+#include "deform/rigidity/solver.h"
+
+typedef struct rigidity_reach {
+  arena memory;
+  int32_t *radii; /* [V] */
+  double *counts; /* [V] in how many neighbourhoods each vertex is */
+  set_sums balls;
+} rigidity_reach;
+
+typedef struct rigidity_deformer {
+  exm_deformer base;
+  mesh reference; /* what a mesh holds that is needed later on; in base.memory */
+  spokes edges;
+  sparse pattern;
+  double disc_radius;
+  rigidity_reach reach;
+  held handles;
+  rigidity_system system;
+  rigidity_solver solver;
+} rigidity_deformer;
+
+typedef struct rigidity_request {
+  const mesh *reference;
+  const exm_handles *handles;
+  const int32_t *radii; /* NULL: `radius` */
+  int32_t radius;
+  double disc_size; /* share of the diagonal */
+  progress report;
+} rigidity_request;
+
+/** From arguments that were checked, but for handles. */
+exm_status rigidity_deformer_bind(const rigidity_request *request, exm_deformer **out);
+exm_status rigidity_deformer_set_radii(rigidity_deformer *deformer, const int32_t *radii, int32_t radius,
+                                       const progress *report);
+exm_status rigidity_deformer_set_handles(rigidity_deformer *deformer, const exm_handles *handles,
+                                         const progress *report);
+
+typedef struct rigidity_start {
+  exm_start kind;
+  const float *positions;
+} rigidity_start;
+
+exm_status rigidity_deformer_solve(rigidity_deformer *deformer, const double *targets, const rigidity_start *start,
+                                   const rigidity_options *options, exm_solve_report *report);
+
+void rigidity_deformer_rotations(const rigidity_deformer *deformer, double *rotations);
+exm_status rigidity_deformer_energies(const rigidity_deformer *deformer, double *energies);
+
+/** What a bind fills in. */
+extern const deformer_methods rigidity_methods;
+
+#endif
