@@ -13,6 +13,7 @@ Sizes are those of exemplar.h: V vertices, F triangles, S exemplars, H handles, 
 from .amrap import Amrap, AmrapSettings
 from .declarations import (
     ABI_VERSION,
+    RADIUS_MAX,
     Blend,
     DeformerKind,
     Descent,
@@ -27,6 +28,7 @@ from .errors import ExemplarError, LibraryError
 from .handles import Handles, bounded_biharmonic
 from .library import library, library_path, library_version
 from .mesh import Mesh, MeshReport
+from .rigidity import Rigidity, RigiditySettings, learn_radii, radius_energies
 
 __all__ = (
     "ABI_VERSION",
@@ -45,11 +47,16 @@ __all__ = (
     "LibraryError",
     "Mesh",
     "MeshReport",
+    "RADIUS_MAX",
+    "Rigidity",
+    "RigiditySettings",
     "SolveReport",
     "Start",
     "Status",
     "bounded_biharmonic",
+    "learn_radii",
     "library",
     "library_path",
     "library_version",
+    "radius_energies",
 )

@@ -53,8 +53,11 @@ class Deformer:
         self._handle = handle
         self._library = loaded
         self.lock = threading.RLock()
-        info = initialised(loaded, CDeformerInfo, "exm_deformer_info_init")
-        check(loaded, loaded.exm_deformer_get_info(handle, info))
+        self._read_info()
+
+    def _read_info(self):
+        info = initialised(self._library, CDeformerInfo, "exm_deformer_info_init")
+        self._call("exm_deformer_get_info", info)
         self.info = DeformerInfo(
             *(getattr(info, name) for name in DeformerInfo.__dataclass_fields__)
         )

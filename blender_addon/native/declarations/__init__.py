@@ -5,12 +5,18 @@ One file a noun of the header. Each has its structures and a table FUNCTIONS {na
 *arguments)}; a new noun is a file of its own and a line in NOUNS.
 """
 
-from . import amrap, common, deformer, handles, mesh
+from . import amrap, common, deformer, handles, mesh, rigidity
 from .amrap import Blend, CAmrapBindSettings, CAmrapSolveSettings, Descent
 from .common import ABI_VERSION, Element, Progress, Status, initialised
 from .deformer import CDeformerInfo, CSolveReport, DeformerKind, Start
 from .handles import CHandles, Kind
 from .mesh import CMeshReport, Flaw
+from .rigidity import (
+    RADIUS_MAX,
+    CRigidityBindSettings,
+    CRigidityLearnSettings,
+    CRigiditySolveSettings,
+)
 
 NOUNS = (
     common,
@@ -18,6 +24,7 @@ NOUNS = (
     handles,
     deformer,
     amrap,
+    rigidity,
 )
 
 __all__ = (
@@ -28,6 +35,9 @@ __all__ = (
     "CDeformerInfo",
     "CHandles",
     "CMeshReport",
+    "CRigidityBindSettings",
+    "CRigidityLearnSettings",
+    "CRigiditySolveSettings",
     "CSolveReport",
     "DeformerKind",
     "Descent",
@@ -35,6 +45,7 @@ __all__ = (
     "Flaw",
     "Kind",
     "Progress",
+    "RADIUS_MAX",
     "Start",
     "Status",
     "declare",

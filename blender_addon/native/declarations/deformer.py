@@ -16,6 +16,7 @@ class DeformerKind(IntEnum):
 class Start(IntEnum):
     STATELESS = 0
     WARM = 1
+    POSITIONS = 2
 
 
 class CSolveReport(Structure):
