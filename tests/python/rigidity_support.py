@@ -12,7 +12,7 @@ import support
 os.environ.setdefault("EXEMPLAR_LIBRARY", str(support.LIBRARY))
 sys.path.insert(0, str(support.ROOT / "blender_addon"))
 
-from native import Handles, Kind, Mesh, Rigidity, RigiditySettings  # noqa: E402
+from native import Handles, Kind, Mesh, Rigidity, RigiditySettings  # noqa: E402,F401
 
 
 def cotangent_weights(positions, triangles):

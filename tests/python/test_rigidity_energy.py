@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rigidity against eq. 1, evaluated edge by edge, and against plain local and global steps in dense algebra."""
+"""Rigidity against eq. 1, edge by edge, and against plain steps in dense algebra."""
 
 import numpy
 
