@@ -24,6 +24,7 @@ declare -A why=(
   [libsuitesparse-dev]="sparse factorisations (CHOLMOD)"
   [libopenblas-dev]="dense linear algebra"
   [liblapacke-dev]="the same, its C interface"
+  [libarpack2-dev]="eigenfunctions (ARPACK)"
   [blender]="the characters live in it"
   [libegl1]="pictures without a screen"
   [libgl1-mesa-dri]="OpenGL without a graphics card"

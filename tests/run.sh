@@ -46,6 +46,7 @@ libopenmesh-dev: mesh connectivity and files
 libsuitesparse-dev: CHOLMOD, sparse factorisations
 libopenblas-dev: BLAS, dense algebra
 liblapacke-dev: LAPACK, dense algebra
+libarpack2-dev: ARPACK, eigenfunctions
 clang-format: the format of C
 clang-tidy: the linter of C
 clang: the headers that clang-tidy needs

@@ -11,12 +11,15 @@ Sizes are those of exemplar.h: V vertices, F triangles, S exemplars, H handles, 
 """
 
 from .amrap import Amrap, AmrapSettings
+from .blended import Blended, BlendedBinding, BlendedInfo, BlendedOutcome, BlendedSettings
 from .declarations import (
     ABI_VERSION,
     RADIUS_MAX,
+    Begin,
     Blend,
     DeformerKind,
     Descent,
+    Dictionary,
     Element,
     Flaw,
     Kind,
@@ -29,16 +32,24 @@ from .handles import Handles, bounded_biharmonic
 from .library import library, library_path, library_version
 from .mesh import Mesh, MeshReport
 from .rigidity import Rigidity, RigiditySettings, learn_radii, radius_energies
+from .weights import eigenfunctions
 
 __all__ = (
     "ABI_VERSION",
     "Amrap",
     "AmrapSettings",
+    "Begin",
     "Blend",
+    "Blended",
+    "BlendedBinding",
+    "BlendedInfo",
+    "BlendedOutcome",
+    "BlendedSettings",
     "Deformer",
     "DeformerInfo",
     "DeformerKind",
     "Descent",
+    "Dictionary",
     "Element",
     "ExemplarError",
     "Flaw",
@@ -54,6 +65,7 @@ __all__ = (
     "Start",
     "Status",
     "bounded_biharmonic",
+    "eigenfunctions",
     "learn_radii",
     "library",
     "library_path",

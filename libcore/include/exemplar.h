@@ -20,6 +20,8 @@
  *
  * Papers      [AMRAP]  Wampler, "Fast and Reliable Example-Based Mesh IK for Stylized Deformations", SA 2016
  *             [BBW]    Jacobson et al., "Bounded Biharmonic Weights for Real-Time Deformation", SIGGRAPH 2011
+ *             [Blended] Shtern, Sela and Kimmel, "Fast Blended Transformations for Partial Shape Registration", 2016
+ *             [SSDR]   Le and Deng, "Smooth Skinning Decomposition with Rigid Bones", SIGGRAPH Asia 2012
  *             [FAST]   Jacobson et al., "Fast Automatic Skinning Transformations", SIGGRAPH 2012
  *             [Rigidity]  Chen, Gao, Lai and Xia, "Rigidity Controllable As-Rigid-As-Possible Shape Deformation",
  *                         Graphical Models 2017
@@ -61,8 +63,11 @@ typedef int32_t exm_status;
 
 #define EXM_OK 0
 /* Warnings: the result is usable. */
-#define EXM_WARNING_NOT_CONVERGED 1 /* the iteration cap was reached before the tolerance */
-#define EXM_WARNING_MESH 2          /* the mesh has flaws that were dealt with; see exm_mesh_report */
+#define EXM_WARNING_NOT_CONVERGED 1   /* the iteration cap was reached before the tolerance */
+#define EXM_WARNING_MESH 2            /* the mesh has flaws that were dealt with; see exm_mesh_report */
+#define EXM_WARNING_EXEMPLARS 3       /* exemplars that add nothing, or are turned inside out */
+#define EXM_WARNING_UNDERDETERMINED 4 /* the constraints leave a turn or the scale open; it is as in the reference */
+#define EXM_WARNING_CONTRADICTORY 5   /* constraints that cannot hold together; they are met in least squares */
 /* Errors: nothing changed. */
 #define EXM_ERROR_ARGUMENT (-1)      /* an argument is NULL, out of range, not finite, or of a mismatched size */
 #define EXM_ERROR_OUT_OF_MEMORY (-2) /* an allocation failed, or a size does not fit in memory */
@@ -202,6 +207,20 @@ typedef struct exm_handles {
  */
 EXM_API exm_status exm_weights_bounded_biharmonic(const exm_mesh *mesh, const exm_handles *handles,
                                                   exm_progress progress, void *user, float *weights);
+
+/**
+ * Laplace-Beltrami eigenfunctions: the first `count` solutions of L f = lambda M f, L the cotangent Laplacian (that of
+ * exm_mesh_cotangents) and M the vertices' masses, thirds of the triangles' areas. Every connected part adds an
+ * eigenvalue 0; the first function is constant.
+ *
+ * count      1..V
+ * values     [count] out, rising
+ * functions  [count][V] out, orthonormal in M
+ *
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY, EXM_ERROR_NUMERIC.
+ */
+EXM_API exm_status exm_weights_eigenfunctions(const exm_mesh *mesh, size_t count, exm_progress progress, void *user,
+                                              double *values, double *functions);
 
 /* -------------------------------------------------------------------------------------------------------- deformer */
 
@@ -365,6 +384,167 @@ EXM_API exm_status exm_amrap_exemplar_energies(const exm_deformer *deformer, dou
 
 /** The single-exemplar solution that D was measured on, [V][3]. */
 EXM_API exm_status exm_amrap_exemplar_positions(const exm_deformer *deformer, size_t exemplar, double *positions);
+
+/* --------------------------------------------------------------------------------------------------------- Blended */
+
+typedef enum exm_dictionary {
+  EXM_DICTIONARY_EIGENFUNCTIONS = 0, /* atoms w_j v: w_j the first Laplace-Beltrami eigenfunctions [Blended, 4.1] */
+  EXM_DICTIONARY_SKELETON = 1        /* w_j the skinning weights of bones found in the exemplars' motion, and 1 */
+} exm_dictionary;
+
+typedef struct exm_blended_bind_settings {
+  size_t struct_size;
+  int32_t dictionary; /* exm_dictionary of the last stage; the first stages use few eigenfunctions always */
+  int32_t dimension;  /* 0: 2 where every exemplar lies in the reference's plane, else 3; or 2 or 3 */
+  size_t start_eigenfunction_count; /* m of the first stages, default 4 [Blended, 5]; at least one, the constant */
+  size_t eigenfunction_count; /* m of the eigenfunction dictionary, default 15; at least start_eigenfunction_count */
+  size_t bone_count;    /* of the skeleton, for rotation clusters too; 0: as many as the exemplars' motion needs */
+  size_t cluster_count; /* rotation clusters r; 0: one a bone */
+  double atoms_kept;    /* share of a dictionary's atoms that k-medoids leaves, 0..1; default 0.5, 1: all */
+  size_t dictionary_exemplar_count; /* atoms of the first so many exemplars only; 0: of all */
+  size_t compared_exemplar_count;   /* rigidity against the first so many exemplars only; 0: all */
+  const float *weights;     /* [bone_count][V] skinning weights to use instead of a decomposition; NULL: decompose */
+  double smoothness;        /* beta_sm [Blended, eq. 10] default 1e-6; >= 0, see exm_blended_set_energies */
+  double constraint_weight; /* beta_lc [Blended, eq. 10] default 30; > 0 */
+} exm_blended_bind_settings;
+
+EXM_API void exm_blended_bind_settings_init(exm_blended_bind_settings *settings);
+
+/**
+ * Bind a deformer of fast blended transformations [Blended, sections 3 and 4]: poses are D T, the dictionary D holding
+ * weighted positions of all exemplars. Made for few constraints, big jumps, noise and unknown scale; constraints are
+ * met in least squares, not exactly.
+ *
+ * mesh       the reference: cotangent Laplacian, masses, the handles' reference frames
+ * exemplars  [S][V][3] finite. Where each of them lies and how it is turned does not matter
+ * handles    as linear constraints H V = Y: a pinned handle is one row, the mean of its vertices; an oriented one also
+ *            holds its linear part; a free one adds nothing. At least one pinned or oriented on every connected part
+ * settings   NULL for the defaults
+ * progress   may be NULL
+ * out        NULL on failure; release with exm_deformer_destroy
+ *
+ * exm_deformer_info: edge_group_count is r, coefficient_count the rank of the last stage's dictionary.
+ * Returns EXM_WARNING_EXEMPLARS where exemplars say the same (one is another's rigid copy) or one is turned inside out;
+ * EXM_WARNING_UNDERDETERMINED where the handles leave a turn open.
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_UNCONSTRAINED, EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY,
+ * EXM_ERROR_NUMERIC.
+ */
+EXM_API exm_status exm_blended_create(const exm_mesh *mesh, const float *exemplars, size_t exemplar_count,
+                                      const exm_handles *handles, const exm_blended_bind_settings *settings,
+                                      exm_progress progress, void *user, exm_deformer **out);
+
+typedef enum exm_blended_begin {
+  EXM_BEGIN_SPARSE = 0, /* elastic net [Blended, eq. 23] */
+  EXM_BEGIN_PLAIN = 1   /* ridge regression [Blended, eq. 22] */
+} exm_blended_begin;
+
+/** The schedule of [Blended, 5]: begin, average ARAP and minimal ARAP in the first dictionary, minimal ARAP in the
+ *  second. An iteration is a local, a scale and a global step. */
+typedef struct exm_blended_solve_settings {
+  size_t struct_size;
+  double sparsity;            /* beta_sp [Blended, eq. 23] >= 0, default 0.01: fewer atoms in the beginning */
+  int32_t begin;              /* exm_blended_begin */
+  int32_t scale;              /* 1: a global scale is found [Blended, eq. 7, 16]; 0: held at 1. Default 1 */
+  int32_t start;              /* exm_start; warm: the last stage alone, from the pose of the last solve */
+  int32_t average_iterations; /* eq. 9-11, default 8; 0 leaves the stage out */
+  int32_t minimal_iterations; /* eq. 12-14, for each exemplar; at least 1, default 8 */
+  int32_t final_iterations;   /* eq. 12-14 in the second dictionary; at least 1; 0 chooses: 12, or 2 when warm */
+  double tolerance;           /* 0: do just that many; or end a stage when an iteration lowers its energy by no more
+                                 than this share */
+  const double *row_targets;  /* [rows][3] Y of the rows added with exm_blended_add_rows, in their order */
+} exm_blended_solve_settings;
+
+EXM_API void exm_blended_solve_settings_init(exm_blended_solve_settings *settings);
+
+/**
+ * Solve for one set of handle targets; read the result with exm_deformer_positions.
+ *
+ * targets   [H][3][4] finite: rows of [linear part | centre], as for exm_amrap_solve; rows of free handles and of those
+ *           whose weight is 0 are not looked at
+ * settings  NULL for the defaults
+ * report    may be NULL: objective and elastic_energy are those of eq. 13 and 7; history runs over all stages, see
+ *           exm_blended_outcome for where they begin. constraint_residual is the largest distance of a held centre or
+ *           row of weight > 0 from its target
+ *
+ * The result turns, moves and (with scale) grows as the targets do.
+ * Returns EXM_WARNING_NOT_CONVERGED with a tolerance; EXM_WARNING_UNDERDETERMINED where targets that count lie in one
+ * point or on a line: what they leave open is as in the reference; EXM_WARNING_CONTRADICTORY where rows that are
+ * multiples of each other have targets that are not.
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_UNCONSTRAINED (a connected part whose handles and rows all have weight 0),
+ * EXM_ERROR_NUMERIC; the deformer keeps its previous result.
+ */
+EXM_API exm_status exm_blended_solve(exm_deformer *deformer, const double *targets,
+                                     const exm_blended_solve_settings *settings, exm_solve_report *report);
+
+/** What the last solve found beside positions. */
+typedef struct exm_blended_outcome {
+  size_t struct_size;
+  double scale;              /* alpha: of the pose against the exemplars */
+  size_t exemplar;           /* the one of least energy, [Blended, eq. 12] */
+  double average_energy;     /* E_total [Blended, eq. 10] at the end of its stage */
+  double minimal_energy;     /* E_mn [Blended, eq. 12] at the end of the first dictionary's stage */
+  double final_energy;       /* and of the second's: what tells right correspondences from wrong ones */
+  size_t average_history[2]; /* the entries [from, to) of the report's history */
+  size_t minimal_history[2]; /* of the chosen exemplar */
+  size_t final_history[2];
+  size_t begin_atom_count; /* atoms in use at the beginning: rows of T that are not zero */
+} exm_blended_outcome;
+
+EXM_API void exm_blended_outcome_init(exm_blended_outcome *outcome);
+EXM_API exm_status exm_blended_get_outcome(const exm_deformer *deformer, exm_blended_outcome *outcome);
+
+/** Further linear constraints sum_i coefficients_i v_i = y, in least squares: weighted averages of vertices,
+ *  differential coordinates, scan points. */
+typedef struct exm_rows {
+  size_t count;
+  const size_t *offsets; /* [count + 1] from 0: row i owns the terms offsets[i] .. offsets[i + 1], at least one */
+  const uint32_t *vertices;
+  const double *coefficients;
+  const double *weights; /* [count] >= 0, beside 1 of a handle; NULL: all 1 */
+} exm_rows;
+
+/** Add rows behind those that are there, by updating the factors. Results stay. */
+EXM_API exm_status exm_blended_add_rows(exm_deformer *deformer, const exm_rows *rows);
+
+/** Remove the rows first .. first + count; those behind move up. */
+EXM_API exm_status exm_blended_remove_rows(exm_deformer *deformer, size_t first, size_t count);
+
+/** weights [count] >= 0 of the rows first .. first + count; 0 leaves a row out until it is weighed again. */
+EXM_API exm_status exm_blended_weigh_rows(exm_deformer *deformer, size_t first, size_t count, const double *weights);
+
+/** weights [H] >= 0 of the handles, at first all 1; 0 for a point that is not seen. NULL: all 1. */
+EXM_API exm_status exm_blended_weigh_handles(exm_deformer *deformer, const double *weights);
+
+/** beta_lc > 0 and beta_sm >= 0 of [Blended, eq. 10]; the factors are made anew, which takes milliseconds. Energies are
+ *  in the caller's length squared: constraints count as they are, beside the surface's Dirichlet energy; smoothness is
+ *  eq. 6 with eigenvalues times the mesh's area and eigenfunctions of mean square 1, so neither depends on scale. */
+EXM_API exm_status exm_blended_set_energies(exm_deformer *deformer, double constraint_weight, double smoothness);
+
+typedef struct exm_blended_info {
+  size_t struct_size;
+  size_t row_count;        /* added with exm_blended_add_rows */
+  size_t bone_count;       /* of the skeleton, found or given; 0 where none was needed */
+  size_t weight_count;     /* functions of the last stage's dictionary, the constant first */
+  size_t start_atom_count; /* b of the first stages' dictionary, after reduction */
+  size_t atom_count;       /* b of the last stage's */
+  size_t whole_atom_count; /* and before reduction: (1 + dimension S) m */
+  double reduction_error;  /* what reduction costs: the largest distance of a dropped atom from the span of those kept,
+                              in root mean square over the mesh, as a share of the atom's own */
+  double decomposition_error; /* of bones and weights on the exemplars: root mean square distance */
+} exm_blended_info;
+
+EXM_API void exm_blended_info_init(exm_blended_info *info);
+EXM_API exm_status exm_blended_get_info(const exm_deformer *deformer, exm_blended_info *info);
+
+/** The functions of the last stage's dictionary, [weight_count][V], the constant first: for the skeleton the rest are
+ *  skinning weights, which suit vertex groups. */
+EXM_API exm_status exm_blended_weights(const exm_deformer *deformer, float *weights);
+
+/** The rotation cluster of each vertex, [V]. */
+EXM_API exm_status exm_blended_clusters(const exm_deformer *deformer, uint32_t *clusters);
+
+/** Where the last result has the handles, as targets, [H][3][4]. */
+EXM_API exm_status exm_blended_result_pose(const exm_deformer *deformer, double *targets);
 
 /* -------------------------------------------------------------------------------------------------------- Rigidity */
 

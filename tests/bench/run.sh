@@ -44,6 +44,7 @@ libopenmesh-dev: mesh connectivity and files
 libsuitesparse-dev: CHOLMOD, sparse factorisations
 libopenblas-dev: BLAS, dense algebra
 liblapacke-dev: LAPACK, dense algebra
+libarpack2-dev: ARPACK, eigenfunctions
 python3: what measures
 python3-numpy: what measures, and a peer
 '

@@ -27,6 +27,7 @@ DOORS = [
     (re.compile(r"OpenMesh/"), "mesh/openmesh_shim.cpp"),
     (re.compile(r"(suitesparse/)?(cholmod|SuiteSparse|amd|camd|metis)"), "linalg/cholesky.c"),
     (re.compile(r"(lapacke?|cblas|openblas)"), "linalg/dense.c"),
+    (re.compile(r"(arpack|parpack|arpack-ng)"), "linalg/eigen.c"),
 ]
 
 PYTHON_BELOW = {

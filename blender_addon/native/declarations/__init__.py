@@ -5,8 +5,17 @@ One file a noun of the header. Each has its structures and a table FUNCTIONS {na
 *arguments)}; a new noun is a file of its own and a line in NOUNS.
 """
 
-from . import amrap, common, deformer, handles, mesh, rigidity
+from . import amrap, blended, common, deformer, handles, mesh, rigidity, weights
 from .amrap import Blend, CAmrapBindSettings, CAmrapSolveSettings, Descent
+from .blended import (
+    Begin,
+    CBlendedBindSettings,
+    CBlendedInfo,
+    CBlendedOutcome,
+    CBlendedSolveSettings,
+    CRows,
+    Dictionary,
+)
 from .common import ABI_VERSION, Element, Progress, Status, initialised
 from .deformer import CDeformerInfo, CSolveReport, DeformerKind, Start
 from .handles import CHandles, Kind
@@ -24,23 +33,32 @@ NOUNS = (
     handles,
     deformer,
     amrap,
+    blended,
     rigidity,
+    weights,
 )
 
 __all__ = (
     "ABI_VERSION",
+    "Begin",
     "Blend",
     "CAmrapBindSettings",
     "CAmrapSolveSettings",
+    "CBlendedBindSettings",
+    "CBlendedInfo",
+    "CBlendedOutcome",
+    "CBlendedSolveSettings",
     "CDeformerInfo",
     "CHandles",
     "CMeshReport",
     "CRigidityBindSettings",
     "CRigidityLearnSettings",
     "CRigiditySolveSettings",
+    "CRows",
     "CSolveReport",
     "DeformerKind",
     "Descent",
+    "Dictionary",
     "Element",
     "Flaw",
     "Kind",

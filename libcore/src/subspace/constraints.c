@@ -190,6 +190,21 @@ void constraints_on_exemplars(const constraints *c, const dictionary *d, double 
   }
 }
 
+void constraints_on_pose(const constraints *c, const space *s, const float *pose, double *out)
+{
+  double x[3];
+  memset(out, 0, c->row_count * s->dimension * sizeof(double));
+  for (size_t i = 0; i < c->row_count; i++) {
+    const constraint_row *row = &c->rows[i];
+    for (size_t t = 0; t < row->term_count; t++) {
+      const float *from = pose + 3 * (size_t)row->vertices[t];
+      double const point[3] = {(double)from[0], (double)from[1], (double)from[2]};
+      space_from_point(s, point, x);
+      dense_axpy(s->dimension, row->weights[t], x, out + i * s->dimension);
+    }
+  }
+}
+
 void constraints_matrix(const constraints *c, const dictionary *d, double *scratch, double *out)
 {
   memset(out, 0, c->row_count * d->atom_count * sizeof(double));
@@ -201,6 +216,48 @@ void constraints_matrix(const constraints *c, const dictionary *d, double *scrat
         size_t const h = d->weight_handles[k], first = d->atom_offsets[h];
         dictionary_atoms(d, h, v, d->weight_values[k], scratch);
         dense_axpy(d->atom_offsets[h + 1] - first, row->weights[t], scratch, out + i * d->atom_count + first);
+      }
+    }
+  }
+}
+
+void constraints_frame(const constraints *c, size_t d, size_t handle, const double *images, size_t stride,
+                       double *linear)
+{
+  double directions[3][3] = {{0}}, image[3][3] = {{0}};
+  size_t count = 0;
+  for (size_t i = 0; i < c->row_count; i++) {
+    const constraint_row *row = &c->rows[i];
+    if (row->handle == handle && row->is_frame && count < 3) {
+      memcpy(directions[count], row->direction, d * sizeof(double));
+      memcpy(image[count++], images + i * stride, d * sizeof(double));
+    }
+  }
+  if (d == 3 && count == 2) {
+    double length = 0;
+    for (int k = 0; k < 3; k++) {
+      int const i = (k + 1) % 3, j = (k + 2) % 3;
+      directions[2][k] = directions[0][i] * directions[1][j] - directions[0][j] * directions[1][i];
+      image[2][k] = image[0][i] * image[1][j] - image[0][j] * image[1][i];
+      length += image[2][k] * image[2][k];
+    }
+    for (int k = 0; k < 3 && length > 0; k++) {
+      image[2][k] /= sqrt(length);
+    }
+    count = 3;
+  }
+  if (count < d) {
+    for (size_t i = 0; i < d; i++) {
+      for (size_t j = 0; j < d; j++) {
+        linear[i * d + j] = (i == j) + (image[0][i] - directions[0][i]) * directions[0][j];
+      }
+    }
+    return;
+  }
+  for (size_t a = 0; a < d; a++) {
+    for (size_t b = 0; b < d; b++) {
+      for (size_t j = 0; j < d; j++) {
+        linear[a * d + b] += image[j][a] * directions[j][b];
       }
     }
   }

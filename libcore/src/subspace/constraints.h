@@ -33,7 +33,16 @@ void constraints_targets(const constraints *c, const space *s, const double *tar
 /** The rows' values on the exemplars, [row_count][S d]. */
 void constraints_on_exemplars(const constraints *c, const dictionary *d, double *out);
 
+/** The rows' values on a pose [V][3], [row_count][d]. */
+void constraints_on_pose(const constraints *c, const space *s, const float *pose, double *out);
+
 /** The matrix A, [row_count][atom_count]. */
 void constraints_matrix(const constraints *c, const dictionary *d, double *scratch, double *out);
+
+/** A handle's linear map [d][d] from its rows' images of their directions, which lie `stride` doubles apart,
+ * [row_count] in all: a plane's normal follows as the images' cross product, one direction alone leaves the others as
+ * they are. linear comes in as zeros. */
+void constraints_frame(const constraints *c, size_t d, size_t handle, const double *images, size_t stride,
+                       double *linear);
 
 #endif

@@ -115,51 +115,6 @@ void amrap_deformer_rotations(const amrap_deformer *deformer, double *rotations)
   }
 }
 
-/** A linear map from its images of the directions that a frame's rows hold; a plane's normal follows as the images'
- *  cross product, one direction alone leaves the others as they are. */
-static void frame_from_rows(const amrap_deformer *deformer, size_t handle, const double *images, size_t stride,
-                            double *linear)
-{
-  size_t const d = deformer->coordinates.dimension;
-  double directions[3][3] = {{0}}, image[3][3] = {{0}};
-  size_t count = 0;
-  for (size_t i = 0; i < deformer->held.row_count; i++) {
-    const constraint_row *row = &deformer->held.rows[i];
-    if (row->handle == handle && row->is_frame && count < 3) {
-      memcpy(directions[count], row->direction, d * sizeof(double));
-      memcpy(image[count++], images + i * stride, d * sizeof(double));
-    }
-  }
-  if (d == 3 && count == 2) {
-    double length = 0;
-    for (int k = 0; k < 3; k++) {
-      int const i = (k + 1) % 3, j = (k + 2) % 3;
-      directions[2][k] = directions[0][i] * directions[1][j] - directions[0][j] * directions[1][i];
-      image[2][k] = image[0][i] * image[1][j] - image[0][j] * image[1][i];
-      length += image[2][k] * image[2][k];
-    }
-    for (int k = 0; k < 3 && length > 0; k++) {
-      image[2][k] /= sqrt(length);
-    }
-    count = 3;
-  }
-  if (count < d) {
-    for (size_t i = 0; i < d; i++) {
-      for (size_t j = 0; j < d; j++) {
-        linear[i * d + j] = (i == j) + (image[0][i] - directions[0][i]) * directions[0][j];
-      }
-    }
-    return;
-  }
-  for (size_t a = 0; a < d; a++) {
-    for (size_t b = 0; b < d; b++) {
-      for (size_t j = 0; j < d; j++) {
-        linear[a * d + b] += image[j][a] * directions[j][b];
-      }
-    }
-  }
-}
-
 static const amrap_deformer *const_of(const exm_deformer *deformer)
 {
   return (const amrap_deformer *)deformer;
@@ -174,7 +129,7 @@ static void handle_pose(const exm_deformer *base, size_t exemplar, double *targe
   double point[3], in_caller[3][3];
   for (size_t h = 0; h < atoms->handle_count; h++) {
     double linear[9] = {0};
-    frame_from_rows(deformer, h, images, width, linear);
+    constraints_frame(&deformer->held, d, h, images, width, linear);
     space_to_linear(&deformer->coordinates, linear, in_caller);
     space_to_point(&deformer->coordinates, atoms->centres + h * width + exemplar * d, point);
     for (size_t k = 0; k < 3; k++) {
