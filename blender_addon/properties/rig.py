@@ -7,6 +7,7 @@ from ..scene.deformers import TYPES
 from .amrap import AmrapProperties
 from .exemplars import OVERRIDABLE, ExemplarItem, tag_owner
 from .handles import HandleItem
+from .rigidity import RigidityProperties
 
 COLLECTION = {"LIBRARY_OVERRIDABLE", "USE_INSERTION"}
 TARGETS = (
@@ -48,6 +49,7 @@ class RigProperties(bpy.types.PropertyGroup):
         update=tag_owner,
     )
     amrap: bpy.props.PointerProperty(type=AmrapProperties, override=OVERRIDABLE)
+    rigidity: bpy.props.PointerProperty(type=RigidityProperties, override=OVERRIDABLE)
 
     bound: bpy.props.BoolProperty(options={"HIDDEN"}, override=OVERRIDABLE)
     uuid: bpy.props.StringProperty(options={"HIDDEN"}, override=OVERRIDABLE)

@@ -17,7 +17,7 @@ def add(obj, vertices, kind):
     centre = _reference_positions(obj)[vertices].mean(axis=0)
     empty = handles.create_empty(obj, "Handle.001", centre)
     group = obj.vertex_groups.new(name=empty.name)
-    _assign(obj, group, vertices)
+    assign(obj, group, vertices)
     item = obj.exemplar.handles.add()
     item.empty = empty
     item.group, item.group_index = group.name, group.index
@@ -118,13 +118,14 @@ def _members(obj, names):
     return members
 
 
-def _assign(obj, group, vertices):
+def assign(obj, group, vertices, weight=1.0):
+    """Also while the mesh is edited."""
     if obj.mode != "EDIT":
-        group.add(vertices.tolist(), 1.0, "REPLACE")
+        group.add(vertices.tolist(), weight, "REPLACE")
         return
     edited = bmesh.from_edit_mesh(obj.data)
     edited.verts.ensure_lookup_table()
     layer = edited.verts.layers.deform.verify()
     for vertex in vertices:
-        edited.verts[vertex][layer][group.index] = 1.0
+        edited.verts[vertex][layer][group.index] = weight
     bmesh.update_edit_mesh(obj.data, loop_triangles=False, destructive=False)

@@ -43,7 +43,7 @@ def for_bind(obj):
     type_ = deformers.chosen(obj)
     keys = _enabled_keys(obj, type_)
     items = list(obj.exemplar.handles)
-    _check_handles(items)
+    _check_handles(items, type_.handles_needed)
     kinds = [int(Kind[item.kind]) for item in items]
     radii = [item.radius for item in items]
     gathered = _gather(obj, type_, type_.bind_settings(obj), keys, items, kinds, radii)
@@ -65,19 +65,13 @@ def as_bound(obj, exemplar_names):
 def _gather(obj, type_, settings, keys, items, kinds, radii):
     count = len(obj.data.vertices)
     for index, key in enumerate(keys):
-        if versions.key_size(key) != count:
-            raise ExemplarError(
-                f"Shape key '{key.name}' has {versions.key_size(key)} points, the mesh has {count} "
-                "vertices. Enter and leave Edit Mode once, or remove the key.",
-                element=Element.EXEMPLAR,
-                index=index,
-            )
+        check_size(obj, key, index)
     reference = meshes.reference_positions(obj)
-    _check_finite(meshes.reference_name(obj), reference)
+    check_finite(meshes.reference_name(obj), reference)
     poses = numpy.empty((len(keys), count, 3), numpy.float32)
     for index, key in enumerate(keys):
         poses[index] = versions.get_key_positions(key)
-        _check_finite(f"Shape key '{key.name}'", poses[index], index)
+        check_finite(f"Shape key '{key.name}'", poses[index], index)
     triangles = meshes.triangles(obj.data)
     if not len(triangles):
         raise ExemplarError(f"'{obj.name}' has no faces.")
@@ -113,7 +107,19 @@ def _enabled_keys(obj, type_):
     return [obj.data.shape_keys.key_blocks[name] for name in names]
 
 
-def _check_finite(name, positions, index=None):
+def check_size(obj, key, index=None):
+    """Raise ExemplarError where a key and its mesh have come apart."""
+    size, count = versions.key_size(key), len(obj.data.vertices)
+    if size != count:
+        raise ExemplarError(
+            f"Shape key '{key.name}' has {size} points, the mesh has {count} vertices. "
+            "Enter and leave Edit Mode once, or remove the key.",
+            element=Element.EXEMPLAR,
+            index=index,
+        )
+
+
+def check_finite(name, positions, index=None):
     bad = numpy.flatnonzero(~numpy.isfinite(positions).all(axis=1))
     if len(bad):
         more = f" and {len(bad) - 1} more" if len(bad) > 1 else ""
@@ -125,11 +131,12 @@ def _check_finite(name, positions, index=None):
         )
 
 
-def _check_handles(items):
-    if len(items) < 2:
+def _check_handles(items, needed):
+    if len(items) < needed:
         have = "There is one handle" if items else "There are no handles"
+        want = "one or more are" if needed == 1 else "two or more are"
         raise ExemplarError(
-            f"{have}; two or more are needed. " "Select vertices in Edit Mode and press Add Handle."
+            f"{have}; {want} needed. Select vertices in Edit Mode and press Add Handle."
         )
     for index, item in enumerate(items):
         if handles.is_missing(item):

@@ -165,6 +165,13 @@ def update(obj, depsgraph=None):
         raise
 
 
+def refresh(obj):
+    """Take up what an operator of ours changed on a bound object."""
+    bindings.invalidate(obj)
+    if obj.exemplar.bound and obj.exemplar.live and not solving.paused_by(obj):
+        update(obj)
+
+
 def _solve_and_show(obj, state, inputs, stateless):
     result = solving.run(obj, state, inputs, stateless)
     results.show(obj, result.positions, inputs.influences)

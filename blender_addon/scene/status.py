@@ -65,13 +65,14 @@ def _next_step(obj):
 
 def why_not_ready(obj):
     """The next thing to do before Bind, or ""."""
-    needed = deformers.chosen(obj).exemplars_needed
+    type_ = deformers.chosen(obj)
+    needed = type_.exemplars_needed
     if needed and not meshes.exemplar_keys(obj):
         return "Sculpt poses of the mesh as shape keys: each is an exemplar."
     if len(exemplars.enabled_names(obj)) < needed:
         return f"Switch on {exemplars.at_least(needed)}."
     count = len(obj.exemplar.handles)
-    if count < 2:
+    if count < type_.handles_needed:
         what = "Add handles" if count == 0 else "Add one more handle"
         return f"{what}: select vertices in Edit Mode, then press Add Handle."
     mode = solving.paused_by(obj)

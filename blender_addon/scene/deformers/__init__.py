@@ -8,8 +8,13 @@ ui/settings/ (what the panel shows), and a line in each of their tables.
 
 from .. import fingerprint
 from .amrap import Amrap
+from .rigidity import Rigidity
 
-TYPES = {type_.identifier: type_ for type_ in (Amrap(),)}
+ALL = (
+    Amrap(),
+    Rigidity(),
+)
+TYPES = {type_.identifier: type_ for type_ in ALL}
 
 
 def chosen(obj):

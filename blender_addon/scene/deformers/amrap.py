@@ -10,7 +10,7 @@ from .base import DeformerType
 
 class Amrap(DeformerType):
     identifier = "AMRAP"
-    label = "Exemplar Blend"
+    label = "Local Blend (AMRAP)"
     description = (
         "Each region blends the exemplars in its own way, bent and turned to reach the handles. "
         "Real time, whatever the size of the mesh. For characters and faces with sculpted poses"

@@ -4,9 +4,6 @@
 from dataclasses import dataclass
 from typing import Any
 
-from ...native import Element, ExemplarError
-from .. import fingerprint
-
 
 @dataclass(frozen=True)
 class Live:
@@ -27,6 +24,7 @@ class DeformerType:
     label = ""
     description = ""
     exemplars_needed = 2  # 0: it takes none, and shape keys may be edited freely
+    handles_needed = 2
 
     # ------------------------------------------------------------------------------------- bind
 
@@ -69,16 +67,3 @@ class DeformerType:
     def blend_average(self, deformer):
         """float64 [S], sums to 1; None for kinds that do not blend."""
         return None
-
-    # ------------------------------------------------------------------------------------- pose
-
-    def handle_pose(self, obj, state, name):
-        """Where exemplar `name` has the handles, float64 [H][3][4]."""
-        names = fingerprint.names(obj)
-        if name not in names:
-            raise ExemplarError(
-                f"'{name}' was not an exemplar at Bind. Choose one that was, or switch it on and "
-                "press Rebind.",
-                element=Element.EXEMPLAR,
-            )
-        return state.deformer.handle_pose(names.index(name))

@@ -6,10 +6,11 @@
     draw_advanced(layout, obj)   what one seldom turns
 """
 
-from . import amrap
+from . import amrap, rigidity
 
 DRAWN_BY = {
     "AMRAP": amrap,
+    "RIGIDITY": rigidity,
 }
 
 
