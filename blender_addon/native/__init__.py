@@ -23,6 +23,7 @@ from .declarations import (
     Element,
     Flaw,
     Kind,
+    ShapeSpace,
     Start,
     Status,
 )
@@ -32,6 +33,7 @@ from .handles import Handles, bounded_biharmonic
 from .library import library, library_path, library_version
 from .mesh import Mesh, MeshReport
 from .rigidity import Rigidity, RigiditySettings, learn_radii, radius_energies
+from .sequence import FileReport, FitReport, Sequence, SequenceInfo, SequenceWindow
 from .weights import eigenfunctions
 
 __all__ = (
@@ -52,6 +54,8 @@ __all__ = (
     "Dictionary",
     "Element",
     "ExemplarError",
+    "FileReport",
+    "FitReport",
     "Flaw",
     "Handles",
     "Kind",
@@ -61,6 +65,10 @@ __all__ = (
     "RADIUS_MAX",
     "Rigidity",
     "RigiditySettings",
+    "Sequence",
+    "SequenceInfo",
+    "SequenceWindow",
+    "ShapeSpace",
     "SolveReport",
     "Start",
     "Status",

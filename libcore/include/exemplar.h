@@ -25,6 +25,8 @@
  *             [FAST]   Jacobson et al., "Fast Automatic Skinning Transformations", SIGGRAPH 2012
  *             [Rigidity]  Chen, Gao, Lai and Xia, "Rigidity Controllable As-Rigid-As-Possible Shape Deformation",
  *                         Graphical Models 2017
+ *             [SEQ]    Cashman and Hormann, "A continuous, editable representation for deforming mesh sequences with
+ *                      separate signals for time, pose and shape", Eurographics 2012
  */
 #ifndef EXEMPLAR_H
 #define EXEMPLAR_H
@@ -666,6 +668,256 @@ EXM_API void exm_rigidity_learn_settings_init(exm_rigidity_learn_settings *setti
 EXM_API exm_status exm_rigidity_learn(const exm_mesh *mesh, const float *poses, size_t pose_count,
                                       const exm_rigidity_learn_settings *settings, exm_progress progress, void *user,
                                       int32_t *radii, double *energies);
+/* -------------------------------------------------------------------------------------------------------- sequence */
+
+/**
+ * A deforming mesh sequence as three signals that can be edited apart [SEQ, eq. 1]:
+ *
+ *   time  f: frames -> plane      a cubic B-spline curve of k control points in the pose plane
+ *   pose  g: plane -> R^m         a thin-plate spline over l sites
+ *   shape h: R^m -> shape space   a mean shape and m components
+ *
+ * Frame i of the n that were given is at time i, 0 to n - 1; times are real numbers, in frames. A sequence is made of a
+ * mesh and frames, fitted, and then edited, sampled or saved. The signals of long sequences are fitted in overlapping
+ * windows of frames, each with a pose plane and a curve of its own; the shape signal is one. Window 0 is the only one
+ * unless a window size was asked for.
+ */
+typedef struct exm_sequence exm_sequence;
+
+/** What the shape signal is linear in [SEQ, section 5]. */
+typedef enum exm_shape_space {
+  EXM_SHAPE_POSITIONS = 0 /* vertex coordinates, 3 V */
+} exm_shape_space;
+
+/**
+ * A sequence without frames. The mesh is copied: it gives the triangles and the reference shape.
+ *
+ * shape_space  exm_shape_space
+ * out          NULL on failure; release with exm_sequence_destroy
+ */
+EXM_API exm_status exm_sequence_create(const exm_mesh *mesh, int32_t shape_space, exm_sequence **out);
+
+EXM_API void exm_sequence_destroy(exm_sequence *sequence);
+
+/**
+ * Append a frame, which is copied (4 bytes a coordinate). Frames are handed over one by one so that nobody has to hold
+ * all of them twice. A fit that was made stays as it is until the next one.
+ *
+ * positions       [vertex_count][3] finite
+ * vertex_count    that of the mesh, or the frame is refused
+ * triangles       [triangle_count][3] of this frame, to have a change of connectivity noticed; NULL: not looked at
+ */
+EXM_API exm_status exm_sequence_add_frame(exm_sequence *sequence, const float *positions, size_t vertex_count,
+                                          const uint32_t *triangles, size_t triangle_count);
+
+/** Release the frames of a fitted sequence. Evaluation and edits do not need them; fitting and measuring do. */
+EXM_API exm_status exm_sequence_drop_frames(exm_sequence *sequence);
+
+/** Frames held in given places of the pose plane while multidimensional scaling places the others [SEQ, 3.2.1].
+ *  No two of them at one point. The plane's unit is the length of a difference of shapes: see exm_sequence_get_frames.
+ */
+typedef struct exm_pins {
+  size_t count;
+  const uint32_t *frames;  /* [count] distinct */
+  const double *positions; /* [count][2] finite */
+} exm_pins;
+
+typedef struct exm_sequence_fit_settings {
+  size_t struct_size;
+  /* Signal fidelity [SEQ, 3.4]; 0: as few as the tolerance allows. Counts above their upper limits mean these limits,
+   * at which every frame is reproduced to rounding: k = n + 2 (n where cyclic), l = n, m = n - 1. */
+  size_t control_point_count; /* k, 4 or more */
+  size_t site_count;          /* l, 3 or more */
+  size_t component_count;     /* m, at least 1 */
+  double tolerance; /* > 0: for the counts left at 0, the RMS distance of the vertices from where the frames have
+                       them, as a share of the diagonal of the mesh's bounding box; default 1e-3 */
+  int32_t cyclic;   /* 1: the last frame is followed by the first, one frame later; the curve is closed */
+  exm_pins pins;    /* count 0: none. Counted over the whole sequence; a window takes those it contains */
+} exm_sequence_fit_settings;
+
+EXM_API void exm_sequence_fit_settings_init(exm_sequence_fit_settings *settings);
+
+typedef struct exm_sequence_fit_report {
+  size_t struct_size;
+  size_t control_point_count; /* of the windows together */
+  size_t site_count;          /* those that count: of sites at one place, one; of the windows together */
+  size_t component_count;
+  double diagonal; /* of the mesh's bounding box */
+  /* RMS distances as shares of the diagonal, as explained under tolerance. */
+  double shape_error; /* of h alone [SEQ, eq. 3] */
+  double pose_error;  /* of g and h [SEQ, eq. 4] */
+  double error;       /* of f, g and h together [SEQ, eq. 2] */
+  double stress;      /* of the layout of the frames in the plane, normalised: root of [SEQ, eq. 6] over the sum of
+                         squared distances in R^m */
+  double seconds;
+} exm_sequence_fit_report;
+
+EXM_API void exm_sequence_fit_report_init(exm_sequence_fit_report *report);
+
+/**
+ * Fit the three signals to the frames [SEQ, section 3]: principal components from the Gram matrix of the frames, multi-
+ * dimensional scaling by stress majorisation, sites chosen greedily (their order does not depend on l: sets are
+ * nested), centripetal parameters, least squares, and a monotone interpolant between frames and parameters.
+ *
+ * frames    3 or more, not all the same
+ * settings  NULL for the defaults
+ * progress  may be NULL
+ * report    may be NULL
+ *
+ * Memory: the frames, n x n, and m components. Frames that repeat each other are fine.
+ * Errors: EXM_ERROR_ARGUMENT (too few frames, nothing moves, pins that coincide, counts below their lower limits),
+ * EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY, EXM_ERROR_NUMERIC. The last fit then stays in place.
+ */
+EXM_API exm_status exm_sequence_fit(exm_sequence *sequence, const exm_sequence_fit_settings *settings,
+                                    exm_progress progress, void *user, exm_sequence_fit_report *report);
+
+typedef struct exm_sequence_info {
+  size_t struct_size;
+  size_t vertex_count;
+  size_t triangle_count;
+  size_t held_frame_count; /* added and not dropped */
+  size_t dimension;        /* d of the shape space */
+  int32_t shape_space;
+  int32_t is_fitted;
+  /* Of a fitted sequence; 0 before. */
+  int32_t cyclic;
+  size_t window_count;
+  size_t frame_count;     /* n of the time signal: edits of it can change it. Times are 0 to n - 1; cyclic: 0 to n */
+  size_t component_count; /* m */
+} exm_sequence_info;
+
+EXM_API void exm_sequence_info_init(exm_sequence_info *info);
+EXM_API exm_status exm_sequence_get_info(const exm_sequence *sequence, exm_sequence_info *info);
+
+typedef struct exm_sequence_window {
+  size_t struct_size;
+  size_t first_frame; /* that the window covers, and how many of them */
+  size_t frame_count;
+  size_t control_point_count; /* k */
+  size_t knot_count;          /* k + 2; cyclic: k + 1, the last of which repeats the first, one period later */
+  size_t site_count;          /* l */
+  size_t fitted_frame_count;  /* frames that the pose signal was fitted to: marks in the plane */
+} exm_sequence_window;
+
+EXM_API void exm_sequence_window_init(exm_sequence_window *window);
+EXM_API exm_status exm_sequence_get_window(const exm_sequence *sequence, size_t window, exm_sequence_window *out);
+
+/* Sampling. The functions from here to the files ask for a fitted sequence and say so where it is not. */
+
+/**
+ * The shape at a time. Frames' times give what the frames were fitted to; before the first and after the last frame,
+ * that frame is held; a cyclic sequence goes on for ever.
+ *
+ * time       finite, in frames
+ * positions  [V][3] out
+ */
+EXM_API exm_status exm_sequence_evaluate(exm_sequence *sequence, double time, float *positions);
+EXM_API exm_status exm_sequence_evaluate_f64(exm_sequence *sequence, double time, double *positions);
+
+/** The order-th derivative of the positions in time, [V][3] in units per frame^order; order 1 or 2. The first is
+ *  continuous, the second may jump at frames, where the one of what follows is given. Zero where a frame is held. */
+EXM_API exm_status exm_sequence_derivative(exm_sequence *sequence, double time, int32_t order, double *derivative);
+
+/** The shape at any point of a window's pose plane. point [2] finite; positions [V][3] out. */
+EXM_API exm_status exm_sequence_pose(exm_sequence *sequence, size_t window, const double *point, float *positions);
+
+/** Where the curve is at a time that the window covers (others are moved to its ends): point [2] out. */
+EXM_API exm_status exm_sequence_curve(const exm_sequence *sequence, size_t window, double time, double *point);
+
+/** RMS and largest distance of the vertices from those of the held frames, as shares of report->diagonal, frame by
+ *  frame: rms [n] and largest [n], either may be NULL. Only while the time signal has as many frames as are held. */
+EXM_API exm_status exm_sequence_measure(exm_sequence *sequence, double *rms, double *largest);
+
+/* The pose plane. Its origin and orientation are those of the first two principal components unless frames are pinned;
+ * its unit is such that distances are those of shapes in R^m, divided by the root of V: the RMS way of a vertex in the
+ * caller's unit of length (in shape spaces other than positions: scaled to compare with it). */
+
+/** What the marks show. positions [n][2]: where the pose signal has the frames it was fitted to; parameters [n'] of
+ *  the time signal's frames on the curve, in its knots' unit (n' is frame_count of the window); pinned [n] 1 or 0.
+ *  Each may be NULL. */
+EXM_API exm_status exm_sequence_get_frames(const exm_sequence *sequence, size_t window, double *positions,
+                                           double *parameters, int32_t *pinned);
+
+/** The sites in the order they were chosen, by their number among the fitted frames of the window: sites [l]. */
+EXM_API exm_status exm_sequence_get_sites(const exm_sequence *sequence, size_t window, uint32_t *sites);
+
+/**
+ * Pin frames, let the others relax from where they are, and fit pose and time signals again, with as many sites and
+ * control points as before; the shape signal stays. What a user interface calls while a mark is dragged: it does not
+ * look at the mesh. Edits of the curve are lost.
+ *
+ * pins        all of them, also those of earlier calls that are to stay; frames of the whole sequence
+ * iterations  of the scaling at most; 0: until it has settled
+ */
+EXM_API exm_status exm_sequence_place(exm_sequence *sequence, const exm_pins *pins, int32_t iterations,
+                                      exm_sequence_fit_report *report);
+
+/* The curve. An edit of it changes nothing outside of its support, not by a bit: the spans that the control points take
+ * part in and, where a knot comes or goes, two spans on either side of it. */
+
+/** points [k][2], knots [k + 2] rising from 0 at the beginning of the curve (the first ones negative or 0); either may
+ *  be NULL. */
+EXM_API exm_status exm_sequence_get_curve(const exm_sequence *sequence, size_t window, double *points, double *knots);
+
+/** Move control points first .. first + count - 1. points [count][2] finite. */
+EXM_API exm_status exm_sequence_move_control_points(exm_sequence *sequence, size_t window, size_t first, size_t count,
+                                                    const double *points);
+
+/**
+ * Insert a control point that becomes number `index`, between 1 and k - 1 (cyclic: 0 to k - 1), and a knot with it.
+ *
+ * point  [2] where it goes, the others staying where they are; NULL: by knot insertion, which leaves the curve as it is
+ *        and moves its neighbours.
+ */
+EXM_API exm_status exm_sequence_insert_control_point(exm_sequence *sequence, size_t window, size_t index,
+                                                     const double *point);
+
+/** Delete one control point and a knot; 4 must be left. */
+EXM_API exm_status exm_sequence_delete_control_point(exm_sequence *sequence, size_t window, size_t index);
+
+/**
+ * Replace the time signal by a drawn curve [SEQ, 4.4]: with poses added as frames and all of them pinned, this makes an
+ * animation from nothing.
+ *
+ * points       [k][2] finite
+ * knots        [k + 2], not falling, the curve's range [2 .. k - 1] not empty (cyclic: [k + 1]); NULL: uniform
+ * frame_count  2 or more frames (cyclic: 1 or more), at equal steps of the parameter from one end to the other
+ *
+ * Errors: EXM_ERROR_ARGUMENT (k below 4, more windows than one).
+ */
+EXM_API exm_status exm_sequence_draw(exm_sequence *sequence, size_t control_point_count, const double *points,
+                                     const double *knots, size_t frame_count);
+
+/* Files. docs/sequences.md describes the format, version EXM_SEQUENCE_FILE_VERSION. */
+
+#define EXM_SEQUENCE_FILE_VERSION 1
+
+typedef struct exm_sequence_file_report {
+  size_t struct_size;
+  uint64_t file_size;   /* bytes */
+  uint64_t frames_size; /* of the frames that it stands for: n V 3 single precision numbers */
+  double ratio;         /* frames_size / file_size */
+} exm_sequence_file_report;
+
+EXM_API void exm_sequence_file_report_init(exm_sequence_file_report *report);
+
+/**
+ * Save a fitted sequence: mesh and signals, not the frames. The file is written beside `path` and renamed when it is
+ * whole, so that a failure (a full disk) leaves what was there before. report may be NULL.
+ *
+ * Errors: EXM_ERROR_ARGUMENT (not fitted), EXM_ERROR_IO, EXM_ERROR_OUT_OF_MEMORY.
+ */
+EXM_API exm_status exm_sequence_save(const exm_sequence *sequence, const char *path, exm_sequence_file_report *report);
+
+/**
+ * Load what exm_sequence_save wrote; evaluates to the same bits. Every number is checked before it is used.
+ *
+ * report  may be NULL
+ * out     NULL on failure; release with exm_sequence_destroy
+ *
+ * Errors: EXM_ERROR_IO (not such a file, another version, cut short, damaged), EXM_ERROR_OUT_OF_MEMORY.
+ */
+EXM_API exm_status exm_sequence_load(const char *path, exm_sequence_file_report *report, exm_sequence **out);
 
 #ifdef __cplusplus
 }

@@ -19,7 +19,8 @@ BELOW = {
     "weights": {"mesh", "numeric", "linalg", "base"},
     "subspace": {"mesh", "numeric", "linalg", "base"},
     "deform": {"weights", "subspace", "mesh", "numeric", "linalg", "base"},
-    "api": {"deform", "weights", "subspace", "mesh", "numeric", "linalg", "base"},
+    "sequence": {"weights", "subspace", "mesh", "numeric", "linalg", "base"},
+    "api": {"sequence", "deform", "weights", "subspace", "mesh", "numeric", "linalg", "base"},
 }
 
 # Third-party headers and the one file that may see them.

@@ -5,7 +5,7 @@ One file a noun of the header. Each has its structures and a table FUNCTIONS {na
 *arguments)}; a new noun is a file of its own and a line in NOUNS.
 """
 
-from . import amrap, blended, common, deformer, handles, mesh, rigidity, weights
+from . import amrap, blended, common, deformer, handles, mesh, rigidity, sequence, weights
 from .amrap import Blend, CAmrapBindSettings, CAmrapSolveSettings, Descent
 from .blended import (
     Begin,
@@ -26,6 +26,7 @@ from .rigidity import (
     CRigidityLearnSettings,
     CRigiditySolveSettings,
 )
+from .sequence import ShapeSpace
 
 NOUNS = (
     common,
@@ -36,6 +37,7 @@ NOUNS = (
     blended,
     rigidity,
     weights,
+    sequence,
 )
 
 __all__ = (
@@ -64,6 +66,7 @@ __all__ = (
     "Kind",
     "Progress",
     "RADIUS_MAX",
+    "ShapeSpace",
     "Start",
     "Status",
     "declare",

@@ -12,6 +12,8 @@
 void dgemm_(const char *ta, const char *tb, const int *m, const int *n, const int *k, const double *alpha,
             const double *a, const int *lda, const double *b, const int *ldb, const double *beta, double *c,
             const int *ldc);
+void dsyrk_(const char *uplo, const char *trans, const int *n, const int *k, const double *alpha, const double *a,
+            const int *lda, const double *beta, double *c, const int *ldc);
 void dpotrf_(const char *uplo, const int *n, double *a, const int *lda, int *info);
 void dtrsv_(const char *uplo, const char *trans, const char *diag, const int *n, const double *a, const int *lda,
             double *x, const int *incx);
@@ -197,6 +199,16 @@ void dense_multiply(int transpose_a, int transpose_b, size_t n, size_t m, size_t
   int const lda_safe = lda > 0 ? lda : 1, ldb_safe = ldb > 0 ? ldb : 1;
   dgemm_(transpose_b ? "T" : "N", transpose_a ? "T" : "N", &rows, &columns, &inner, &alpha, B, &ldb_safe, A, &lda_safe,
          &beta, C, &rows);
+}
+
+void dense_add_gram(size_t n, size_t k, const double *A, double *C)
+{
+  int const size = (int)n, inner = (int)k;
+  double const one = 1;
+  if (n > 0 && k > 0) {
+    /* Row-major lower is column-major upper. */
+    dsyrk_("U", "T", &size, &inner, &one, A, &inner, &one, C, &size);
+  }
 }
 
 static exm_status lapack_failed(const char *routine, int info)

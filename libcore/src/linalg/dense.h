@@ -31,6 +31,9 @@ void dense_cholesky_backward(size_t n, const double *L, double *x);
 void dense_multiply(int transpose_a, int transpose_b, size_t n, size_t m, size_t k, double alpha, const double *A,
                     const double *B, double beta, double *C);
 
+/** Lower triangle of C[n][n] += A A' with A [n][k]; what is above the diagonal stays. */
+void dense_add_gram(size_t n, size_t k, const double *A, double *C);
+
 /**
  * Thin QR without Q: the factor R of A [rows][columns] row-major, A'A = R'R. R [min(rows, columns)][columns] is left in
  * the first rows of A.
