@@ -6,7 +6,7 @@
 
 size_t bspline_span_count(size_t control_count, int is_cyclic)
 {
-  return is_cyclic ? control_count : control_count - 3;
+  return is_cyclic || control_count < 4 ? control_count : control_count - 3;
 }
 
 size_t bspline_interval_count(size_t control_count, int is_cyclic)

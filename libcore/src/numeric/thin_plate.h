@@ -38,6 +38,7 @@ typedef struct thin_plate_request {
   const double *values;      /* [n][m] */
   size_t site_count;         /* l, at most n; 0: as few as leave no more than `limit` */
   double limit;              /* of the sum of squared residuals */
+  uint32_t *order;           /* [n] out: the points that were chosen for sites, first come first */
 } thin_plate_request;
 
 /**
@@ -45,13 +46,12 @@ typedef struct thin_plate_request {
  * the sites does not depend on how many are taken. A site at the place of another, or one whose function the others
  * already have, is passed over and not counted.
  *
- * order     [n] out: the chosen points, plate->site_count of them
  * residual  out: sum of squares that is left; may be NULL
  *
  * The values' first two columns are taken for the best-fit plane of the values, as principal components are.
  */
 exm_status thin_plate_fit(arena *owner, const thin_plate_request *request, const progress *report, thin_plate *plate,
-                          uint32_t *order, double *residual);
+                          double *residual);
 
 /** phi of a squared distance: r^2 log r = 1/2 r^2 log r^2. */
 double thin_plate_basis(double squared);

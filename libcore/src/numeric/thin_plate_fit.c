@@ -355,10 +355,10 @@ static exm_status fit(arena *owner, arena *scratch, const thin_plate_request *re
 }
 
 exm_status thin_plate_fit(arena *owner, const thin_plate_request *request, const progress *report, thin_plate *plate,
-                          uint32_t *order, double *residual)
+                          double *residual)
 {
   arena scratch = {0};
-  fitting f = {.order = order};
+  fitting f = {.order = request->order};
   thin_plate found = {0};
   exm_status const status = fit(owner, &scratch, request, report, &f, &found);
   if (status >= 0) {

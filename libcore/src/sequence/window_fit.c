@@ -196,8 +196,9 @@ static exm_status fit(const window_request *request, arena *scratch, const progr
                                     .points = (const double(*)[2])w->positions,
                                     .values = shape->coordinates + request->first_frame * shape->component_count,
                                     .site_count = request->site_count < n ? request->site_count : n,
-                                    .limit = request->pose_limit};
-  TRY(thin_plate_fit(&w->memory, &plate, &choosing, &w->plate, w->sites, &errors->pose));
+                                    .limit = request->pose_limit,
+                                    .order = w->sites};
+  TRY(thin_plate_fit(&w->memory, &plate, &choosing, &w->plate, &errors->pose));
   TRY(progress_report(report, 0.8, "fitting the curve"));
   return fit_curve(request, scratch, w, errors);
 }
