@@ -120,6 +120,9 @@ void bspline_evaluate(const bspline *curve, curve_place place, double point[2], 
 /** The s-th of the knots that divide the parameters' index into equal steps. */
 static double knot_at(const double *parameters, size_t last, size_t spans, size_t s)
 {
+  if (spans == 0) {
+    return 0;
+  }
   size_t const whole = s * last / spans;
   double const share = (double)(s * last % spans) / (double)spans;
   return share > 0 ? parameters[whole] + share * (parameters[whole + 1] - parameters[whole]) : parameters[whole];
@@ -131,7 +134,7 @@ void bspline_choose_knots(size_t control_count, int is_cyclic, size_t count, con
   size_t const spans = bspline_span_count(control_count, is_cyclic), last = is_cyclic ? count : count - 1;
   double *lengths = intervals + (is_cyclic ? 0 : 2);
   memset(intervals, 0, bspline_interval_count(control_count, is_cyclic) * sizeof(double));
-  for (size_t s = 0; s < spans && count > 1; s++) {
+  for (size_t s = 0; s < spans; s++) {
     lengths[s] = knot_at(parameters, last, spans, s + 1) - knot_at(parameters, last, spans, s);
   }
   for (size_t i = 0; i < count; i++) {
