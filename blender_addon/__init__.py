@@ -27,6 +27,7 @@ MODULES = (
     "properties.bake",
     "operators.exemplars",
     "operators.handles",
+    "operators.quick_rig",
     "operators.bind",
     "operators.pose",
     "operators.rigidity",

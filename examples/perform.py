@@ -43,6 +43,7 @@ def make_object(character):
     bpy.context.collection.objects.link(obj)
     for name, shape in character.shapes.items():
         key = obj.shape_key_add(name=name, from_mix=False)
+        key.value = 0.0  # Blender 5 begins at 1
         key.data.foreach_set("co", shape.astype(np.float32).ravel())
     bpy.context.view_layer.objects.active = obj
     obj.select_set(True)

@@ -9,4 +9,6 @@ follow      keeps hidden empties evaluated   rigs       which objects are ours
 live        handlers and timers              status     what to tell the artist
 exemplars   which shape keys are used        setup      bind, unbind: all that they change
 background  work in a thread              deformers  the kinds, behind one interface
+proposals   where handles are wanted         quick_rig  handles that are proposed or mirrored
+parts       connected parts of a mesh
 """

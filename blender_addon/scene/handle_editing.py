@@ -9,13 +9,13 @@ from ..native import ExemplarError
 from . import handles, meshes, rigs, versions
 
 
-def add(obj, vertices, kind):
+def add(obj, vertices, kind, name="Handle.001"):
     """A handle of `vertices`: an empty at their centre in the reference, and a vertex group."""
     if not len(vertices):
         raise ExemplarError("No vertices are selected. Select the vertices of the handle first.")
     _refuse_taken(obj, vertices)
     centre = _reference_positions(obj)[vertices].mean(axis=0)
-    empty = handles.create_empty(obj, "Handle.001", centre)
+    empty = handles.create_empty(obj, name, centre)
     group = obj.vertex_groups.new(name=empty.name)
     assign(obj, group, vertices)
     item = obj.exemplar.handles.add()

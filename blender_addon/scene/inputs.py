@@ -13,6 +13,7 @@ import numpy
 from ..native import Element, ExemplarError, Kind, Status
 from ..native.library import library
 from . import deformers, exemplars, fingerprint, handles, meshes, versions
+from .parts import components
 
 
 @dataclass
@@ -153,7 +154,7 @@ def _check_handles(items, needed):
 
 def _check_parts(inputs):
     """Every connected part needs a handle that holds it."""
-    labels = meshes.components(len(inputs.reference), inputs.triangles)
+    labels = components(len(inputs.reference), inputs.triangles)
     held, touched = set(), set()
     for kind, vertices in zip(inputs.kinds, inputs.vertex_sets):
         parts = set(labels[vertices].tolist())

@@ -56,6 +56,11 @@ def reference_name(obj):
     return "The mesh" if key is None else f"Shape key '{key.name}'"
 
 
+def size(obj):
+    """The diagonal of the box about the mesh at rest, in its own space."""
+    return float(numpy.linalg.norm(numpy.ptp(reference_positions(obj), axis=0))) or 1.0
+
+
 def exemplar_keys(obj):
     """The shape keys that can be exemplars: all but the one that shows our result."""
     keys = obj.data.shape_keys if obj.type == "MESH" else None
@@ -91,24 +96,3 @@ def group_weights(obj, name):
                 if element.group == group.index:
                     weights[vertex.index] = element.weight
     return weights
-
-
-def components(vertex_count, corners):
-    """int64 [V]: the lowest vertex of each vertex's connected part."""
-    labels = numpy.arange(vertex_count)
-    if not len(corners):
-        return labels
-    first = numpy.concatenate([corners[:, 0], corners[:, 1]]).astype(numpy.int64)
-    second = numpy.concatenate([corners[:, 1], corners[:, 2]]).astype(numpy.int64)
-    while True:
-        roots_first, roots_second = labels[first], labels[second]
-        low = numpy.minimum(roots_first, roots_second)
-        # Hook roots onto lower ones, then flatten: a long strip takes few rounds, not one a vertex.
-        joined = labels.copy()
-        numpy.minimum.at(joined, roots_first, low)
-        numpy.minimum.at(joined, roots_second, low)
-        while not numpy.array_equal(joined, joined[joined]):
-            joined = joined[joined]
-        if numpy.array_equal(joined, labels):
-            return labels
-        labels = joined

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Move all empties of an object at once."""
+"""Move or key all empties of an object at once, and keep a pose that was found."""
 
+import bpy
 import numpy
 
 from ..native import Element, ExemplarError, Kind
-from . import bindings, deformers, fingerprint, handles, inputs, meshes, versions
+from . import bindings, deformers, fingerprint, handles, inputs, meshes, solving, versions
+
+# Of the mesh's size: how well two handles have to mirror each other to be a pair.
+PAIR_MISFIT = 0.03
 
 
 def to_exemplar(obj, name):
@@ -59,6 +63,77 @@ def reset(obj):
     rest[:, :, :3] = numpy.identity(3)
     rest[:, :, 3] = state.centres
     return _move(obj, rest)
+
+
+def mirror(obj):
+    """Exchange left and right, across the mesh's own X axis. Returns as to_exemplar()."""
+    state = bindings.ensure(obj)
+    flip = numpy.diag([-1.0, 1.0, 1.0])
+    targets = handles.targets(obj, bpy.context.evaluated_depsgraph_get(), state.centres)
+    pairs = _pairs(state.centres, flip, meshes.size(obj))
+    mirrored = targets.copy()
+    for index, other in enumerate(pairs):
+        mirrored[index, :, :3] = flip @ targets[other, :, :3] @ flip
+        # The way that the other has gone, not its place: a face is never quite symmetric.
+        mirrored[index, :, 3] = state.centres[index] + flip @ (
+            targets[other, :, 3] - state.centres[other]
+        )
+    return _move(obj, mirrored)
+
+
+def _pairs(centres, flip, size):
+    """For each handle the one on the other side; itself where it is in the middle."""
+    apart = numpy.linalg.norm((centres @ flip)[:, None] - centres[None], axis=2)
+    nearest = apart.argmin(axis=1)
+    lonely = [i for i, other in enumerate(nearest) if apart[i, other] > PAIR_MISFIT * size]
+    lonely += [i for i, other in enumerate(nearest) if nearest[other] != i]
+    if lonely:
+        count = len(set(lonely))
+        have = "One handle has" if count == 1 else f"{count} handles have"
+        raise ExemplarError(
+            f"{have} no mirror image, so the pose cannot be mirrored. "
+            "Press Mirror Handles, then Rebind.",
+            element=Element.HANDLE,
+            index=lonely[0],
+        )
+    return nearest
+
+
+def key_all(obj, frame):
+    """Keyframe what the mesh follows of every handle. Returns (how many, names of linked empties,
+    which cannot be keyed)."""
+    keyed, linked = 0, []
+    for item in obj.exemplar.handles:
+        if item.kind == "FREE" or handles.is_missing(item):
+            continue
+        if item.empty.library is not None:
+            linked.append(item.empty.name)
+            continue
+        for path in _keyed_paths(item):
+            item.empty.keyframe_insert(path, frame=frame)
+        keyed += 1
+    return keyed, linked
+
+
+def _keyed_paths(item):
+    if item.kind == "PINNED":
+        return ("location",)
+    rotation = {"QUATERNION": "rotation_quaternion", "AXIS_ANGLE": "rotation_axis_angle"}
+    return ("location", rotation.get(item.empty.rotation_mode, "rotation_euler"), "scale")
+
+
+def result_to_key(obj, name):
+    """Keep the result, as renders show it, in a new shape key. Returns the key."""
+    if obj.data.library is not None:
+        raise ExemplarError(f"The mesh of '{obj.name}' is linked, and can take no new shape key.")
+    positions = solving.solve(obj).positions
+    active = obj.active_shape_key_index
+    key = obj.shape_key_add(name=name, from_mix=False)
+    key.value = 0.0  # Blender 5 begins at 1
+    key.relative_key = meshes.reference_key(obj)
+    versions.set_key_positions(key, numpy.ascontiguousarray(positions, numpy.float32))
+    obj.active_shape_key_index = active
+    return key
 
 
 def _move(obj, targets):

@@ -72,3 +72,56 @@ def _key_address(key_block):
         return None
     first, last = points[0].as_pointer(), points[count - 1].as_pointer()
     return first if last - first == 12 * (count - 1) else None
+
+
+# ----------------------------------------------------------------------------------------- curves
+# Until 4.3 an action holds its curves; since 4.4 they are in a channel bag per slot, and since 5.0
+# only there.
+
+
+def find_curves(owner):
+    """The curves that animate a datablock, or None."""
+    animation = owner.animation_data
+    if animation is None or animation.action is None:
+        return None
+    if not hasattr(animation, "action_slot"):
+        return animation.action.fcurves
+    if animation.action_slot is None:
+        return None
+    for layer in animation.action.layers:
+        for strip in layer.strips:
+            bag = strip.channelbag(animation.action_slot)
+            if bag is not None:
+                return bag.fcurves
+    return None
+
+
+def ensure_curves(owner):
+    """The curves that animate a datablock; an action is made where there is none."""
+    animation = owner.animation_data or owner.animation_data_create()
+    if animation.action is None:
+        animation.action = bpy.data.actions.new(f"{owner.name}Action")
+    if not hasattr(animation, "action_slot"):
+        return animation.action.fcurves
+    action = animation.action
+    if animation.action_slot is None:
+        animation.action_slot = action.slots.new(owner.id_type, owner.name)
+    if not action.layers:
+        action.layers.new("Layer")
+    layer = action.layers[0]
+    strip = layer.strips[0] if layer.strips else layer.strips.new(type="KEYFRAME")
+    return strip.channelbag(animation.action_slot, ensure=True).fcurves
+
+
+# -------------------------------------------------------------------------------------- modifiers
+
+
+def move_modifier_first(obj, modifier):
+    index = obj.modifiers.find(modifier.name)
+    if index == 0:
+        return
+    if hasattr(obj.modifiers, "move"):
+        obj.modifiers.move(index, 0)
+        return
+    with bpy.context.temp_override(object=obj, active_object=obj):
+        bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)

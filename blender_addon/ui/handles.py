@@ -40,7 +40,11 @@ class EXEMPLAR_PT_handles(Section, bpy.types.Panel):
         column = row.column(align=True)
         column.operator("exemplar.handle_remove", text="", icon="REMOVE")
         column.operator("exemplar.handle_select", text="", icon="RESTRICT_SELECT_OFF")
-        layout.operator("exemplar.handle_add", icon="ADD")
+        column.operator("exemplar.handle_mirror", text="", icon="MOD_MIRROR")
+        # One under the other: side by side they are cut off in a narrow sidebar.
+        buttons = layout.column(align=True)
+        buttons.operator("exemplar.handle_add", icon="ADD")
+        buttons.operator("exemplar.quick_rig", icon="OUTLINER_OB_ARMATURE")
         if 0 <= rig.handle_index < len(rig.handles):
             column = layout.column()
             column.use_property_split = True

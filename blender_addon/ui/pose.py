@@ -26,6 +26,10 @@ class EXEMPLAR_PT_pose(Section, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator("exemplar.pose_to_exemplar", icon="SHAPEKEY_DATA")
         column.operator("exemplar.pose_reset", icon="LOOP_BACK")
+        column.operator("exemplar.pose_mirror", icon="MOD_MIRROR")
+        column = layout.column(align=True)
+        column.operator("exemplar.key_all", icon="KEY_HLT")
+        column.operator("exemplar.result_to_key", icon="ADD")
 
 
 class EXEMPLAR_PT_pose_advanced(Section, bpy.types.Panel):

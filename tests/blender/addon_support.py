@@ -98,6 +98,7 @@ def make_mesh(name, positions, faces, poses=POSES):
         obj.shape_key_add(name="Basis", from_mix=False)
     for pose, function in poses.items():
         key = obj.shape_key_add(name=pose, from_mix=False)
+        key.value = 0.0  # Blender 5 begins at 1
         key.data.foreach_set("co", function(positions).astype(numpy.float32).ravel())
     return obj
 

@@ -135,6 +135,7 @@ def _add_poses(bar):
     }
     for name, positions in poses.items():
         key = bar.shape_key_add(name=name, from_mix=False)
+        key.value = 0.0  # Blender 5 begins at 1
         key.data.foreach_set("co", positions.astype(np.float32).ravel())
 
 

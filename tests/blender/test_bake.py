@@ -298,7 +298,7 @@ class Weights(BarCase):
     def curves(self):
         """{key name: [(frame, value)]}"""
         key = self.bar.data.shape_keys
-        found = addon("scene.baking.curves")._find_curves(key) or ()
+        found = addon("scene.versions").find_curves(key) or ()
         return {
             curve.data_path.split('"')[1]: [tuple(point.co) for point in curve.keyframe_points]
             for curve in found

@@ -4,15 +4,19 @@
 # Run a command in a folder with another Debian:  tests/compat/enter.sh FOLDER COMMAND...
 #
 # The source tree and the real meshes are there under their own names, and the variables EXM_* and EXEMPLAR_* are passed
-# on. It runs in mount and process namespaces of its own: nothing stays mounted and nothing keeps running, however it ends.
+# on; EXEMPLAR_OFFLINE=1 leaves it without a network. It runs in mount and process namespaces of its own: nothing stays
+# mounted and nothing keeps running, however it ends.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 folder=$1
 shift
+offline=()
+# Abstract sockets of X servers belong to the network: with one of its own no other test's display is in the way.
+[ -z "${EXEMPLAR_OFFLINE:-}" ] || offline=(--net)
 mapfile -t passed_on < <(env | grep -E '^(EXM|EXEMPLAR)_' || true)
 
-exec unshare --mount --pid --fork --kill-child sh -c '
+exec unshare "${offline[@]}" --mount --pid --fork --kill-child sh -c '
   set -e
   folder=$1 root=$2 data=$3
   shift 3

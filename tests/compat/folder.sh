@@ -19,6 +19,8 @@ libgl1-mesa-dri: OpenGL without a graphics card
 xvfb: a screen for the tests that need a window
 xauth: xvfb-run needs it
 binutils: readelf, for the test of the zip
+python3-cattr: the add-ons of Blender 5.2, which only suggests it
+python3-requests: the same
 gcc: libraries that are not ours, to be refused
 libc6-dev: the same
 '

@@ -71,7 +71,7 @@ zip=$(ls -t "$root/$plain"/exemplar-*.zip | head -n 1)
 library=$root/$plain/addon/exemplar/native/lib/libexemplar.so
 
 export EXEMPLAR_ZIP=$zip EXEMPLAR_LIBRARY=$library EXEMPLAR_SCREENSHOTS=$root/build/screenshots/$version
-export EXM_TEST_PATTERN=$pattern
+export EXM_TEST_PATTERN=$pattern EXEMPLAR_OFFLINE=1
 inside=(tests/compat/enter.sh "$folder" env PYTHONDONTWRITEBYTECODE=1 OPENBLAS_NUM_THREADS=1)
 
 found=$("${inside[@]}" blender -b --version | sed -n 's/^Blender \([0-9]*\.[0-9]*\).*/\1/p' | head -n 1)

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""F-curves on shape-key values, in every Blender from 3.4 to 5.2.
-
-Until 4.3 an action holds its curves; since 4.4 they are in a channel bag per slot, and since 5.0
-only there.
-"""
+"""F-curves on shape-key values."""
 
 import bpy
 import numpy as np
+
+from .. import versions
 
 # FCurve keyframe interpolation as foreach_set wants it: BEZT_IPO_LIN.
 _LINEAR = 1
@@ -24,12 +22,12 @@ def is_driven(key, key_block):
 
 def is_animated(key, key_block):
     path = value_path(key_block)
-    return any(curve.data_path == path for curve in _find_curves(key) or ())
+    return any(curve.data_path == path for curve in versions.find_curves(key) or ())
 
 
 def set_linear(key, key_block, frames, values):
     """Replace what animates a shape key's value by keyframes with straight lines between."""
-    curves = _ensure_curves(key)
+    curves = versions.ensure_curves(key)
     path = value_path(key_block)
     remove(key, key_block)
     curve = curves.new(path)
@@ -42,41 +40,9 @@ def set_linear(key, key_block, frames, values):
 
 def remove(key, key_block):
     """Remove the animation of a shape key's value, if it has any."""
-    curves = _find_curves(key)
+    curves = versions.find_curves(key)
     if curves is None:
         return
     path = value_path(key_block)
     for curve in [curve for curve in curves if curve.data_path == path]:
         curves.remove(curve)
-
-
-def _find_curves(key):
-    animation = key.animation_data
-    if animation is None or animation.action is None:
-        return None
-    if not hasattr(animation, "action_slot"):
-        return animation.action.fcurves
-    if animation.action_slot is None:
-        return None
-    for layer in animation.action.layers:
-        for strip in layer.strips:
-            bag = strip.channelbag(animation.action_slot)
-            if bag is not None:
-                return bag.fcurves
-    return None
-
-
-def _ensure_curves(key):
-    animation = key.animation_data or key.animation_data_create()
-    if animation.action is None:
-        animation.action = bpy.data.actions.new(f"{key.name}Action")
-    if not hasattr(animation, "action_slot"):
-        return animation.action.fcurves
-    action = animation.action
-    if animation.action_slot is None:
-        animation.action_slot = action.slots.new("KEY", key.name)
-    if not action.layers:
-        action.layers.new("Layer")
-    layer = action.layers[0]
-    strip = layer.strips[0] if layer.strips else layer.strips.new(type="KEYFRAME")
-    return strip.channelbag(animation.action_slot, ensure=True).fcurves

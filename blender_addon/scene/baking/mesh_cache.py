@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Playing a cache file with Blender's own Mesh Cache modifier."""
 
-import bpy
 import numpy as np
+
+from .. import versions
 
 MODIFIER_NAME = "Exemplar Bake"
 
@@ -67,21 +68,10 @@ def set_up(obj, filepath, file_format, frames):
         frames.start, frames.step, len(frames)
     )
     modifier.show_viewport = modifier.show_render = True
-    _move_first(obj, modifier)
+    versions.move_modifier_first(obj, modifier)
     return modifier
 
 
 def find(obj):
     modifier = obj.modifiers.get(MODIFIER_NAME)
     return modifier if modifier is not None and modifier.type == "MESH_CACHE" else None
-
-
-def _move_first(obj, modifier):
-    index = obj.modifiers.find(modifier.name)
-    if index == 0:
-        return
-    if hasattr(obj.modifiers, "move"):
-        obj.modifiers.move(index, 0)
-        return
-    with bpy.context.temp_override(object=obj, active_object=obj):
-        bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
