@@ -39,6 +39,7 @@ MODULES = (
     "ui.bind",
     "ui.pose",
     "ui.bake",
+    "ui.heat",
     "scene.live",
 )
 

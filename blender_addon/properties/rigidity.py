@@ -80,10 +80,13 @@ class RigidityProperties(bpy.types.PropertyGroup):
     )
     show_radii: bpy.props.BoolProperty(
         name="Show Stiffness",
-        description="Colour the mesh by its stiffness, from soft (blue) to stiff (red)",
+        description=(
+            "Colour the mesh by its stiffness, from soft (blue) to stiff (red), in Object Mode"
+        ),
         default=False,
         options=set(),
         override=OVERRIDABLE,
+        update=tag_owner,
     )
 
     omega: bpy.props.FloatProperty(

@@ -35,6 +35,16 @@ def radii(obj):
     return radii_of_weights(weights, own.radius_min, own.radius_max)
 
 
+def shares(obj):
+    """float32 [V] from 0, softest, to 1, stiffest, of the range that can be painted."""
+    own = obj.exemplar.rigidity
+    try:
+        found = radii(obj)
+    except ExemplarError:
+        return numpy.zeros(len(obj.data.vertices), numpy.float32)
+    return weights_of_radii(found, own.radius_min, own.radius_max).astype(numpy.float32)
+
+
 def check_range(obj):
     own = obj.exemplar.rigidity
     if own.radius_min > own.radius_max:

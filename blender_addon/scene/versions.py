@@ -7,9 +7,16 @@ No address is ever kept: undo, edit mode and implicit sharing move arrays.
 import ctypes
 
 import bpy
+import gpu
 import numpy
 
 POSITIONS_ARE_ATTRIBUTES = bpy.app.version >= (3, 5, 0)
+
+
+def smooth_colour_shader():
+    """Of pos and color at vertices."""
+    name = "SMOOTH_COLOR" if bpy.app.version >= (4, 0, 0) else "3D_SMOOTH_COLOR"
+    return gpu.shader.from_builtin(name)
 
 
 def set_mesh_positions(mesh, positions):

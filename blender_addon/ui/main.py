@@ -38,10 +38,7 @@ class EXEMPLAR_PT_main(SidebarPanel, bpy.types.Panel):
         if obj is not None and len(status.problem_vertices(obj)):
             box.operator("exemplar.select_problem", icon="RESTRICT_SELECT_OFF")
         if Section.poll(context):
-            column = layout.column()
-            column.use_property_split = True
-            column.use_property_decorate = False
-            column.prop(obj.exemplar, "deformer")
+            layout.prop(obj.exemplar, "deformer", text="")
 
 
 classes = (EXEMPLAR_PT_main,)

@@ -42,8 +42,11 @@ class EXEMPLAR_PT_rigidity(RigiditySection, bpy.types.Panel):
         )
         row = layout.row(align=True)
         row.prop(own, "fill_value", text="")
-        row.operator("exemplar.rigidity_fill", text="Fill Selection", icon="SNAP_FACE")
+        row.operator("exemplar.rigidity_fill", text="Fill", icon="SNAP_FACE")
         layout.prop(own, "show_radii", icon="OVERLAY")
+        if own.show_radii:
+            text = f"Blue: {own.radius_min}, red: {own.radius_max} rings"
+            layout.label(text=text, icon="BLANK1")
 
 
 class EXEMPLAR_PT_rigidity_learn(RigiditySection, bpy.types.Panel):
