@@ -217,6 +217,18 @@ TEST(solutions_solve)
     CHECK(cholesky_solve_rows(factor, count, rows) == EXM_OK);
     for (size_t i = 0; i < count * n; ++i) {
       CHECK_NEAR(rows[i % n * count + i / n], x[i], 1e-12);
+      rows[i % n * count + i / n] = b[i];
+    }
+    double energy = 0, half = 0;
+    CHECK(cholesky_solve_root_rows(factor, count, rows) == EXM_OK);
+    for (size_t i = 0; i < count * n; ++i) {
+      half += rows[i] * rows[i]; /* b'A^-1 b = |C^-1 b|^2 */
+      energy += b[i] * x[i];
+    }
+    CHECK_NEAR(half, energy, 1e-12 * energy);
+    CHECK(cholesky_solve_root_transposed_rows(factor, count, rows) == EXM_OK);
+    for (size_t i = 0; i < count * n; ++i) {
+      CHECK_NEAR(rows[i % n * count + i / n], x[i], 1e-12);
     }
     free(b);
     free(x);

@@ -265,55 +265,62 @@ INLINE void backward(const panel *p, four *x, size_t n)
   }
 }
 
-INLINE void sweep(const cholmod_factor *factor, four *x, size_t n)
+/* What of A = P' L L' P a call undoes. */
+typedef enum sweeps { FORWARD = 1, BACKWARD = 2, BOTH = FORWARD | BACKWARD } sweeps;
+
+INLINE void sweep(const cholmod_factor *factor, four *x, size_t n, sweeps wanted)
 {
-  for (size_t s = 0; s < factor->nsuper; s++) {
+  for (size_t s = 0; (wanted & FORWARD) && s < factor->nsuper; s++) {
     panel const p = panel_of(factor, s);
     forward(&p, x, n);
   }
-  for (size_t s = factor->nsuper; s-- > 0;) {
+  for (size_t s = factor->nsuper; (wanted & BACKWARD) && s-- > 0;) {
     panel const p = panel_of(factor, s);
     backward(&p, x, n);
   }
 }
 
-SIMD_CLONES static void sweep_any(const cholmod_factor *factor, four *x, size_t n)
+SIMD_CLONES static void sweep_any(const cholmod_factor *factor, four *x, size_t n, sweeps wanted)
 {
   switch (n) {
   case 1:
-    sweep(factor, x, 1);
+    sweep(factor, x, 1, wanted);
     break;
   case 2:
-    sweep(factor, x, 2);
+    sweep(factor, x, 2, wanted);
     break;
   case 3:
-    sweep(factor, x, 3);
+    sweep(factor, x, 3, wanted);
     break;
   default:
-    sweep(factor, x, 4);
+    sweep(factor, x, 4, wanted);
   }
 }
 
-/* Right-hand side q has its entry of row i at values[i * row_step + q * column_step]. */
-static exm_status solve(cholesky *c, size_t count, size_t row_step, size_t column_step, double *values)
+/* Right-hand side q has its entry of row i at values[i * row_step + q * column_step]; rows are in the factor's order on
+ * the side that only one of the sweeps leaves. */
+static exm_status solve(cholesky *c, size_t count, size_t row_step, size_t column_step, double *values, sweeps wanted)
 {
   size_t const size = c->factor->n;
   const int32_t *order = c->factor->Perm;
   if (!c->is_factored) {
     return status_set(EXM_ERROR_NUMERIC, "no factorisation to solve with");
   }
+  /* Half a solve permutes rows in place: all of a block's columns are read before any is written. */
   for (size_t first = 0; first < count; first += WIDEST) {
     size_t const some = count - first < WIDEST ? count - first : WIDEST;
     size_t const width = (some + 3) / 4 * 4;
     for (size_t i = 0; i < size; i++) {
-      const double *from = values + (size_t)order[i] * row_step + first * column_step;
+      size_t const row = wanted & FORWARD ? (size_t)order[i] : i;
+      const double *from = values + row * row_step + first * column_step;
       for (size_t q = 0; q < width; q++) {
         c->rows[i * width + q] = q < some ? from[q * column_step] : 0;
       }
     }
-    sweep_any(c->factor, (four *)c->rows, width / 4);
+    sweep_any(c->factor, (four *)c->rows, width / 4, wanted);
     for (size_t i = 0; i < size; i++) {
-      double *to = values + (size_t)order[i] * row_step + first * column_step;
+      size_t const row = wanted & BACKWARD ? (size_t)order[i] : i;
+      double *to = values + row * row_step + first * column_step;
       for (size_t q = 0; q < some; q++) {
         to[q * column_step] = c->rows[i * width + q];
       }
@@ -324,12 +331,22 @@ static exm_status solve(cholesky *c, size_t count, size_t row_step, size_t colum
 
 exm_status cholesky_solve(cholesky *c, size_t count, double *columns)
 {
-  return solve(c, count, 1, c->factor->n, columns);
+  return solve(c, count, 1, c->factor->n, columns, BOTH);
 }
 
 exm_status cholesky_solve_rows(cholesky *c, size_t count, double *rows)
 {
-  return solve(c, count, count, 1, rows);
+  return solve(c, count, count, 1, rows, BOTH);
+}
+
+exm_status cholesky_solve_root_rows(cholesky *c, size_t count, double *rows)
+{
+  return solve(c, count, count, 1, rows, FORWARD);
+}
+
+exm_status cholesky_solve_root_transposed_rows(cholesky *c, size_t count, double *rows)
+{
+  return solve(c, count, count, 1, rows, BACKWARD);
 }
 
 void cholesky_destroy(cholesky *c)

@@ -39,6 +39,11 @@ exm_status cholesky_solve(cholesky *factor, size_t count, double *columns);
 /** The same for right-hand sides side by side, which saves a transposition. rows [size][count]. */
 exm_status cholesky_solve_rows(cholesky *factor, size_t count, double *rows);
 
+/** The halves of a solve, with C C' = A a root of the matrix (rows of C in an order of the factor's own): x <- C^-1 x,
+ *  and x <- C'^-1 x. One after the other they are cholesky_solve_rows. */
+exm_status cholesky_solve_root_rows(cholesky *factor, size_t count, double *rows);
+exm_status cholesky_solve_root_transposed_rows(cholesky *factor, size_t count, double *rows);
+
 void cholesky_destroy(cholesky *factor);
 
 #endif
