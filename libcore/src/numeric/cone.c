@@ -232,6 +232,60 @@ static double step_to_boundary(const cone_program *program, cone_workspace *work
   return share;
 }
 
+/** The point of each block's simplex closest to trial: max(trial - t, 0), t found by leaving out what it makes negative
+ * until nothing is (Michelot 1986). */
+static void project_blocks(const cone_program *program, double *trial)
+{
+  for (size_t b = 0; b < program->block_count; b++) {
+    size_t const first = program->offsets[b], last = program->offsets[b + 1];
+    double threshold = -DBL_MAX;
+    size_t kept = last - first + 1, before;
+    do {
+      double sum = 0;
+      before = kept;
+      kept = 0;
+      for (size_t i = first; i < last; i++) {
+        sum += trial[i] > threshold ? trial[i] : 0;
+        kept += trial[i] > threshold;
+      }
+      threshold = (sum - 1) / (double)kept;
+    } while (kept < before);
+    for (size_t i = first; i < last; i++) {
+      trial[i] = trial[i] > threshold ? trial[i] - threshold : 0;
+    }
+  }
+}
+
+/** The whole of work->direction, projected: takes all that blocks off the face at once, where f falls by it. */
+static int step_projected(const cone_program *program, cone_workspace *work, double *B, cone_point *point)
+{
+  double *trial = work->inner;
+  for (size_t i = 0; i < program->count; i++) {
+    trial[i] = work->is_free[i] ? B[i] + work->direction[i] : -DBL_MAX;
+  }
+  project_blocks(program, trial);
+  cone_point const next = evaluate(program, work, trial, SMOOTHING);
+  if (!(next.value < point->value)) {
+    *point = evaluate(program, work, B, SMOOTHING);
+    return 0;
+  }
+  for (size_t i = 0; i < program->count; i++) {
+    B[i] = trial[i];
+    work->is_free[i] = trial[i] > 0;
+  }
+  *point = next;
+  return 1;
+}
+
+static size_t count_blocking(const cone_program *program, const cone_workspace *work, const double *B)
+{
+  size_t count = 0;
+  for (size_t i = 0; i < program->count; i++) {
+    count += B[i] + work->direction[i] < 0;
+  }
+  return count;
+}
+
 /** Minimise over the current face, dropping what blocks, until a face's own minimiser is reached. */
 static void descend(const cone_program *program, cone_workspace *work, double *B, cone_point *point,
                     cone_result *result)
@@ -244,6 +298,9 @@ static void descend(const cone_program *program, cone_workspace *work, double *B
     result->factorings++;
     if (!face_step(program, work, coordinates, *point)) {
       return;
+    }
+    if (count_blocking(program, work, B) > 1 && step_projected(program, work, B, point)) {
+      continue;
     }
     double const share = step_to_boundary(program, work, B);
     *point = evaluate(program, work, B, SMOOTHING);
