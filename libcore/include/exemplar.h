@@ -316,6 +316,10 @@ EXM_API void exm_amrap_bind_settings_init(exm_amrap_bind_settings *settings);
  * progress   may be NULL
  * out        NULL on failure; release with exm_deformer_destroy
  *
+ * Poses are skinned by the weights from affine maps of all exemplars [AMRAP, eq. 6]. Where that has more degrees of
+ * freedom than the mesh, H (1 + S d) of at least V, every vertex is free instead, and weights only say which triangles
+ * share a rotation and a blend.
+ *
  * Memory: O(H V + S V) plus the reduced operators, which do not depend on V.
  * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_UNCONSTRAINED, EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY,
  * EXM_ERROR_NUMERIC.

@@ -837,7 +837,7 @@ TEST(exemplars_that_collapse)
 /* The same, so that the dictionary has fewer atoms than the handles have constraints. */
 TEST(more_constraints_than_atoms)
 {
-  fixture *f = fixture_bar(9);
+  fixture *f = fixture_new(zoo_bar(20, 3), 9, 0); /* more vertices than atoms, or those would be left out */
   fixture_usual_handles(f, EXM_HANDLE_ORIENTED, 1);
   for (size_t i = 0; i < f->vertex_count; ++i) {
     for (size_t s = 1; s < 9; ++s) {

@@ -78,9 +78,7 @@ static double *values_of(const dictionary *d, const double *T, size_t width)
 
 static double *scratch_of(const reduced_mesh *r)
 {
-  size_t const width = r->exemplar_count * r->dimension + 1;
-  size_t const rows = r->shape_rows + r->rest_rows + r->rank + r->constraint_count + r->carrier_count;
-  return test_array(4 * rows * (width > r->shape_rows ? width : r->shape_rows), sizeof(double));
+  return test_array(reduced_scratch(r) * (r->exemplar_count * r->dimension + 1), sizeof(double));
 }
 
 static pose pose_of(const fixture *f, double *u, double *c)
@@ -90,11 +88,16 @@ static pose pose_of(const fixture *f, double *u, double *c)
   pose p = {.u = u, .c = c, .y = test_array(r->shape_rows * d, sizeof(double))};
   double *scratch = scratch_of(r), *held = test_array(r->shape_rows * d, sizeof *held);
   reduced_to_shapes(r, d, u, scratch, p.y);
-  dense_times(r->shape_rows, r->constraint_count, d, r->Fx, c, held);
+  reduced_hold(r, c, scratch, held);
   dense_axpy(r->shape_rows * d, 1, held, p.y);
   p.T = test_array(r->atom_count * d, sizeof(double));
   reduced_coefficients(r, u, c, scratch, p.T);
-  p.positions = values_of(&inside(f)->atoms, p.T, d);
+  if (r->carriers) {
+    p.positions = test_array(r->atom_count * d, sizeof(double));
+    memcpy(p.positions, p.T, r->atom_count * d * sizeof(double));
+  } else {
+    p.positions = values_of(&inside(f)->atoms, p.T, d);
+  }
   free(scratch);
   free(held);
   return p;
@@ -399,7 +402,7 @@ TEST(coefficients_meet_their_constraints)
           worst = fmax(worst, fabs(value[k] - p.c[i * d + k]));
         }
       }
-      for (size_t i = 0; i < inside(f)->atoms.atom_count * d; ++i) {
+      for (size_t i = 0; i < inside(f)->solver.reduced.atom_count * d; ++i) {
         largest = fmax(largest, fabs(p.T[i])); /* a random u is a wild pose, of large coefficients */
       }
       CHECK_NEAR(worst / largest, 0, 1e-12);
@@ -415,23 +418,57 @@ TEST(the_basis_is_orthonormal_in_the_energy)
   test_random random = {7};
   for (int which = 0; which < CASES; ++which) {
     fixture *f = bound_case(which);
-    const amrap *a = &inside(f)->solver;
-    const reduced_mesh *r = &a->reduced;
+    const reduced_mesh *r = &inside(f)->solver.reduced;
     size_t const d = r->dimension, bound = r->constraint_count;
     for (int round = 0; round < 5; ++round) {
       pose p = random_pose(f, &random);
-      double held = 0;
-      for (size_t i = 0; i < bound; ++i) {
-        for (size_t j = 0; j < bound; ++j) {
-          held += a->FF[i * bound + j] * dense_dot(d, p.c + i * d, p.c + j * d) / 2;
-        }
-      }
-      double const direct = mesh_energy(f, p.positions, NULL);
+      double *c = test_array(bound * d, sizeof *c);
+      memcpy(c, p.c, bound * d * sizeof *c);
+      pose still = pose_of(f, test_array(r->rank * d, sizeof(double)), c);
+      double const held = mesh_energy(f, still.positions, NULL), direct = mesh_energy(f, p.positions, NULL);
       CHECK_NEAR((norm2(r->rank * d, p.u) / 2 + held) / direct, 1, 1e-6);
+      pose_free(&still);
       pose_free(&p);
     }
     fixture_free(f);
   }
+}
+
+/* What the cone program multiplies proxies with: G X, or with carriers A P P' A' X from the sorted P P'. */
+static double *by_green(const amrap *a, size_t width, const double *X)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const V = r->atom_count, rows = r->shape_rows;
+  double *out = test_array(rows * width, sizeof *out);
+  if (!r->carriers) {
+    dense_times(rows, rows, width, r->G, X, out);
+    return out;
+  }
+  double *forces = test_array(V * width, sizeof *forces), *points = test_array(V * width, sizeof *points);
+  double *carried = test_array(V * width, sizeof *carried);
+  for (size_t g = 0; g < r->group_count; ++g) {
+    const uint32_t *places = a->columns.green_places + r->carriers->offsets[g];
+    reduced_carry(r, g, width, X + r->shape_offsets[g] * width, carried);
+    for (size_t k = 0; k < r->carriers->offsets[g + 1] - r->carriers->offsets[g]; ++k) {
+      CHECK(places[k] >= a->columns.green_starts[g]); /* a group is in its suffix */
+      dense_axpy(width, 1, carried + k * width, forces + places[k] * width);
+    }
+  }
+  dense_times(V, V, width, a->columns.green, forces, points);
+  for (size_t g = 0; g < r->group_count; ++g) {
+    size_t const n = r->carriers->offsets[g + 1] - r->carriers->offsets[g];
+    for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; ++i) {
+      const double *root = r->carriers->shapes[g] + (i - r->shape_offsets[g]) * n;
+      for (size_t k = 0; k < n; ++k) {
+        size_t const place = a->columns.green_places[r->carriers->offsets[g] + k];
+        dense_axpy(width, root[k], points + place * width, out + i * width);
+      }
+    }
+  }
+  free(forces);
+  free(points);
+  free(carried);
+  return out;
 }
 
 TEST(to_the_basis_and_back_are_adjoint_and_shrink)
@@ -445,30 +482,23 @@ TEST(to_the_basis_and_back_are_adjoint_and_shrink)
     double *X = random_numbers(&random, r->shape_rows * width), *u = random_numbers(&random, r->rank * width);
     double *scratch = scratch_of(r), *in_basis = test_array(r->rank * width, sizeof *in_basis);
     double *in_shapes = test_array(r->shape_rows * width, sizeof *in_shapes);
-    with_carriers += r->carrier_count > 0;
+    with_carriers += r->carriers != NULL;
     reduced_to_basis(r, width, X, scratch, in_basis);
     reduced_to_shapes(r, width, u, scratch, in_shapes);
     CHECK_NEAR(dense_dot(r->rank * width, in_basis, u), dense_dot(r->shape_rows * width, in_shapes, X), 1e-9);
     CHECK(norm2(r->rank * width, in_basis) <= norm2(r->shape_rows * width, X) * (1 + 1e-9));
     CHECK(norm2(r->shape_rows * width, in_shapes) <= norm2(r->rank * width, u) * (1 + 1e-9));
-    double *green = test_array(r->shape_rows * r->shape_rows, sizeof *green);
-    reduced_green(r, scratch, green);
+    double *response = by_green(&inside(f)->solver, width, X);
     reduced_to_shapes(r, width, in_basis, scratch, in_shapes);
-    for (size_t i = 0; i < r->shape_rows; ++i) {
-      for (size_t k = 0; k < width; ++k) {
-        double value = 0;
-        for (size_t j = 0; j < r->shape_rows; ++j) {
-          value += green[i * r->shape_rows + j] * X[j * width + k];
-        }
-        CHECK_NEAR(value, in_shapes[i * width + k], 1e-9);
-      }
+    for (size_t i = 0; i < r->shape_rows * width; ++i) {
+      CHECK_NEAR(response[i], in_shapes[i], 1e-9);
     }
     free(X);
     free(u);
     free(scratch);
     free(in_basis);
     free(in_shapes);
-    free(green);
+    free(response);
     fixture_free(f);
   }
   CHECK(with_carriers > 0 && with_carriers < CASES); /* both kinds were seen */

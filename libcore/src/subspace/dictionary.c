@@ -167,16 +167,23 @@ exm_status dictionary_create(arena *owner, const mesh *reference, const dictiona
   TRY(keep_exemplars(owner, source->poses, s, &d));
   TRY(find_centres(owner, reference, source->handles, &d));
   for (size_t h = 0; h < d.handle_count; h++) {
-    d.atom_offsets[h + 1] = 1 + width;
-  }
-  if (source->handles && width >= MIXTURE_MINIMUM) {
-    TRY(mix_atoms(owner, reference, &d));
-  }
-  for (size_t h = 0; h < d.handle_count; h++) {
-    d.atom_offsets[h + 1] += d.atom_offsets[h];
+    d.atom_offsets[h + 1] = (h + 1) * (1 + width);
   }
   d.atom_count = d.atom_offsets[d.handle_count];
   *out = d;
+  return EXM_OK;
+}
+
+exm_status dictionary_mix(arena *owner, const mesh *reference, dictionary *d)
+{
+  if (d->exemplar_count * d->dimension < MIXTURE_MINIMUM) {
+    return EXM_OK;
+  }
+  TRY(mix_atoms(owner, reference, d));
+  for (size_t h = 0; h < d->handle_count; h++) {
+    d->atom_offsets[h + 1] += d->atom_offsets[h];
+  }
+  d->atom_count = d->atom_offsets[d->handle_count];
   return EXM_OK;
 }
 

@@ -5,8 +5,8 @@
  * duplicates. Atoms are centred: c_hs is where exemplar s has the handle's centre, so that pinning a handle fixes t_h
  * and nothing else, and the atoms of one handle are far less collinear.
  *
- * With many exemplars most of a handle's atoms repeat (exemplars agree in most regions): they are replaced by an
- * orthogonal mixture that spans the same. */
+ * With many exemplars most of a handle's atoms repeat (exemplars agree in most regions): dictionary_mix replaces them
+ * by an orthogonal mixture that spans the same. */
 #ifndef EXM_SUBSPACE_DICTIONARY_H
 #define EXM_SUBSPACE_DICTIONARY_H
 
@@ -28,8 +28,8 @@ typedef struct dictionary {
 } dictionary;
 
 /** What a dictionary is made from. Weights come from handles, or are functions that belong to no place (eigenfunctions,
- *  bones): those need not sum to one and are taken as they are, their atoms are centred on each exemplar's centroid,
- * and none is mixed, because some of them will be left out. */
+ *  bones): those need not sum to one and are taken as they are, and their atoms are centred on each exemplar's
+ * centroid. */
 typedef struct dictionary_source {
   const exm_handles *handles; /* NULL for functions */
   size_t weight_count;        /* H */
@@ -41,6 +41,9 @@ typedef struct dictionary_source {
 /** Everything is allocated from `owner`. */
 exm_status dictionary_create(arena *owner, const mesh *reference, const dictionary_source *source, const space *s,
                              dictionary *out);
+
+/** Replace every handle's atoms by mixtures, where they are many. */
+exm_status dictionary_mix(arena *owner, const mesh *reference, dictionary *d);
 
 /** Values of handle h's atoms at vertex v where its weight is w: [atoms of h]. */
 void dictionary_atoms(const dictionary *d, size_t handle, size_t vertex, double weight, double *out);

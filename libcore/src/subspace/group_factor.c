@@ -73,34 +73,55 @@ static void patch_laplacian(const mesh *reference, const patch *area, double *la
   }
 }
 
-/** Few vertices: the root of the patch's own Laplacian has fewer rows than there are atoms. */
-static exm_status factor_by_vertices(arena *owner, arena *scratch, const mesh *reference, const patch *area,
-                                     group_factor *out)
+/** A root of the patch's own Laplacian, [row_count][vertex_count]. */
+static exm_status factor_vertices(arena *owner, arena *scratch, const mesh *reference, const patch *area,
+                                  group_factor *out)
 {
   size_t const n = area->vertex_count;
   double *laplacian = ARENA_NEW(scratch, double, n *n);
   double *values = ARENA_NEW(scratch, double, n);
-  out->rows = ARENA_NEW(owner, double, n * area->column_count);
   out->root = ARENA_NEW(owner, double, n *n);
   out->vertices = ARENA_NEW(owner, uint32_t, n);
-  if (!laplacian || !values || !out->rows || !out->root || !out->vertices) {
+  if (!laplacian || !values || !out->root || !out->vertices) {
     return status_no_memory("the edge groups");
   }
   patch_laplacian(reference, area, laplacian);
   TRY(dense_eigen(n, laplacian, values));
   out->row_count = 0;
   for (size_t i = n; i-- > 0 && values[i] > 1e-13 * values[n - 1]; out->row_count++) {
-    double *root = out->root + out->row_count * n;
-    dense_axpy(n, sqrt(values[i]), laplacian + i * n, root);
-    dense_times_transposed(n, area->column_count, 1, area->atoms, area->column_count, root,
-                           out->rows + out->row_count * area->column_count);
+    dense_axpy(n, sqrt(values[i]), laplacian + i * n, out->root + out->row_count * n);
   }
   out->vertex_count = n;
   memcpy(out->vertices, area->vertices, n * sizeof *out->vertices);
   return EXM_OK;
 }
 
-exm_status group_factors_create(arena *owner, const mesh *reference, const dictionary *d, const uint32_t *labels,
+/** Few vertices: that root has fewer rows than there are atoms. */
+static exm_status factor_by_vertices(arena *owner, arena *scratch, const mesh *reference, const patch *area,
+                                     group_factor *out)
+{
+  group_factor whole = {0};
+  TRY(factor_vertices(scratch, scratch, reference, area, &whole));
+  out->row_count = whole.row_count;
+  out->rows = ARENA_NEW(owner, double, whole.row_count * area->column_count);
+  if (!out->rows) {
+    return status_no_memory("the edge groups");
+  }
+  dense_multiply(0, 0, whole.row_count, area->column_count, whole.vertex_count, 1, whole.root, area->atoms, 0,
+                 out->rows);
+  return EXM_OK;
+}
+
+static exm_status factor_over_atoms(arena *owner, arena *scratch, const mesh *reference, const patch *area,
+                                    group_factor *out)
+{
+  *out = (group_factor){.column_count = area->column_count, .columns = area->columns};
+  return area->vertex_count > area->column_count ? factor_by_gradients(owner, scratch, reference, area, out)
+                                                 : factor_by_vertices(owner, scratch, reference, area, out);
+}
+
+/** d NULL: over vertices. */
+static exm_status factor_groups(arena *owner, const mesh *reference, const dictionary *d, const uint32_t *labels,
                                 size_t group_count, const progress *report, group_factor *factors)
 {
   arena scratch = {0};
@@ -113,10 +134,10 @@ exm_status group_factors_create(arena *owner, const mesh *reference, const dicti
   for (size_t g = 0; g < group_count && status == EXM_OK; g++) {
     arena local = {0};
     status = patch_begin(owner, &local, reference, d, &in, g, &area);
+    factors[g] = (group_factor){0};
     if (status == EXM_OK) {
-      factors[g] = (group_factor){.column_count = area.column_count, .columns = area.columns};
-      status = area.vertex_count > area.column_count ? factor_by_gradients(owner, &local, reference, &area, &factors[g])
-                                                     : factor_by_vertices(owner, &local, reference, &area, &factors[g]);
+      status = d ? factor_over_atoms(owner, &local, reference, &area, &factors[g])
+                 : factor_vertices(owner, &local, reference, &area, &factors[g]);
     }
     arena_release(&local);
     if (status == EXM_OK) {
@@ -125,4 +146,16 @@ exm_status group_factors_create(arena *owner, const mesh *reference, const dicti
   }
   arena_release(&scratch);
   return status;
+}
+
+exm_status group_factors_create(arena *owner, const mesh *reference, const dictionary *d, const uint32_t *labels,
+                                size_t group_count, const progress *report, group_factor *factors)
+{
+  return factor_groups(owner, reference, d, labels, group_count, report, factors);
+}
+
+exm_status group_roots_create(arena *owner, const mesh *reference, const uint32_t *labels, size_t group_count,
+                              const progress *report, group_factor *factors)
+{
+  return factor_groups(owner, reference, NULL, labels, group_count, report, factors);
 }

@@ -17,7 +17,7 @@ typedef struct group_factor {
   size_t row_count, column_count;
   size_t *columns; /* [column_count] of the dictionary's atoms, rising */
   double *rows;    /* [row_count][column_count] */
-  /* Where the rows are combinations of few vertices: rows = root x the dictionary there. NULL where they are not. */
+  /* From group_roots_create alone: the rows as combinations of vertices, whose columns are these. */
   size_t vertex_count;
   uint32_t *vertices; /* [vertex_count] of the mesh */
   double *root;       /* [row_count][vertex_count] */
@@ -26,5 +26,10 @@ typedef struct group_factor {
 /** labels [V] below group_count; factors [group_count] out, from `owner`. */
 exm_status group_factors_create(arena *owner, const mesh *reference, const dictionary *d, const uint32_t *labels,
                                 size_t group_count, const progress *report, group_factor *factors);
+
+/** The same over the vertices themselves, for groups of few: every factor has its root, and no columns. Cubic in the
+ *  largest group. */
+exm_status group_roots_create(arena *owner, const mesh *reference, const uint32_t *labels, size_t group_count,
+                              const progress *report, group_factor *factors);
 
 #endif

@@ -128,5 +128,5 @@ exm_status patch_begin(arena *owner, arena *scratch, const mesh *reference, cons
   area->triangles = in->triangles + in->offsets[group];
   area->shares = in->shares + in->offsets[group];
   find_vertices(reference, area);
-  return find_atoms(owner, scratch, d, area);
+  return d ? find_atoms(owner, scratch, d, area) : EXM_OK;
 }

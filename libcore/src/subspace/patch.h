@@ -31,7 +31,7 @@ typedef struct patch {
 /** Room for the vertices of any one group, from `scratch`; taken up anew by each patch_begin. */
 exm_status patch_create(arena *scratch, const mesh *reference, patch *out);
 
-/** The patch of group g: columns from `owner`, atoms from `scratch`. */
+/** The patch of group g: columns from `owner`, atoms from `scratch`; neither where d is NULL. */
 exm_status patch_begin(arena *owner, arena *scratch, const mesh *reference, const dictionary *d, const incidence *in,
                        size_t group, patch *area);
 

@@ -236,22 +236,9 @@ static exm_status make_orthogonal(arena *owner, reduced_mesh *r, const double *U
   return EXM_OK;
 }
 
-/** Will vertices carry the proxies? Where every group is a combination of vertices, and those are fewer than its rows.
- */
-static int has_carriers(const dictionary *d, const group_factor *factors, size_t group_count, size_t rows)
-{
-  for (size_t g = 0; g < group_count; g++) {
-    if (factors[g].row_count > 0 && !factors[g].root) {
-      return 0;
-    }
-  }
-  return 2 * d->vertex_count < rows;
-}
-
-/** Proxies of one group: the exemplars' E, and side by side all that turns with them: U | F | A, A where vertices
- * carry. */
+/** Proxies of one group: the exemplars' E, and side by side what turns with them: U | F. */
 typedef struct group_rows {
-  size_t count, width, other_width, carriers;
+  size_t count, width, other_width;
   double *E, *others;
 } group_rows;
 
@@ -259,9 +246,7 @@ static exm_status gather_group(arena *scratch, const reduced_mesh *r, const grou
                                const double *coefficients, const double *U, const double *F, group_rows *out)
 {
   size_t const width = r->exemplar_count * r->dimension, rank = r->rank, bound = r->constraint_count;
-  size_t const carriers = r->carrier_count ? factor->vertex_count : 0;
-  group_rows rows = {
-      .count = factor->row_count, .width = width, .other_width = rank + bound + carriers, .carriers = carriers};
+  group_rows rows = {.count = factor->row_count, .width = width, .other_width = rank + bound};
   rows.E = ARENA_NEW(scratch, double, rows.count *width);
   rows.others = ARENA_NEW(scratch, double, rows.count *rows.other_width);
   if (!rows.E || !rows.others) {
@@ -275,9 +260,6 @@ static exm_status gather_group(arena *scratch, const reduced_mesh *r, const grou
     }
     memcpy(other, U + i * rank, rank * sizeof(double));
     memcpy(other + rank, F + i * bound, bound * sizeof(double));
-    if (carriers) {
-      memcpy(other + rank + bound, factor->root + i * carriers, carriers * sizeof(double));
-    }
   }
   *out = rows;
   return EXM_OK;
@@ -292,8 +274,7 @@ static void take(const group_rows *rows, size_t first, size_t last, size_t from,
 }
 
 /** Put a turned group in place: its first `rank` rows hold exemplars. */
-static exm_status append_group(arena *owner, const group_factor *factor, const group_rows *rows, size_t shape_rank,
-                               size_t g, double *rest_rows, reduced_mesh *r)
+static void append_group(const group_rows *rows, size_t shape_rank, size_t g, double *rest_rows, reduced_mesh *r)
 {
   size_t const shape = r->shape_offsets[g], rest = r->rest_offsets[g], bound = r->constraint_count;
   memcpy(r->shapes + shape * rows->width, rows->E, shape_rank * rows->width * sizeof(double));
@@ -302,52 +283,25 @@ static exm_status append_group(arena *owner, const group_factor *factor, const g
   take(rows, shape_rank, rows->count, 0, r->rank + bound, rest_rows + rest * (r->rank + bound));
   r->shape_offsets[g + 1] = shape + shape_rank;
   r->rest_offsets[g + 1] = rest + rows->count - shape_rank;
-  if (r->carrier_count == 0) {
-    take(rows, 0, shape_rank, 0, r->rank, r->Ux + shape * r->rank);
-    take(rows, shape_rank, rows->count, 0, r->rank, r->Ur + rest * r->rank);
-    return EXM_OK;
-  }
-  size_t const from = r->rank + bound;
-  r->carried_shapes[g] = ARENA_NEW(owner, double, shape_rank * rows->carriers);
-  r->carried_rest[g] = ARENA_NEW(owner, double, (rows->count - shape_rank) * rows->carriers);
-  if (!r->carried_shapes[g] || !r->carried_rest[g]) {
-    return status_no_memory("the reduced operators");
-  }
-  take(rows, 0, shape_rank, from, rows->carriers, r->carried_shapes[g]);
-  take(rows, shape_rank, rows->count, from, rows->carriers, r->carried_rest[g]);
-  if (rows->carriers) {
-    memcpy(r->carriers + r->carrier_offsets[g], factor->vertices, rows->carriers * sizeof *r->carriers);
-  }
-  r->carrier_offsets[g + 1] = r->carrier_offsets[g] + rows->carriers;
-  return EXM_OK;
+  take(rows, 0, shape_rank, 0, r->rank, r->Ux + shape * r->rank);
+  take(rows, shape_rank, rows->count, 0, r->rank, r->Ur + rest * r->rank);
 }
 
 static exm_status allocate_rows(arena *owner, const group_factor *factors, size_t rows, reduced_mesh *r)
 {
   size_t const width = r->exemplar_count * r->dimension, bound = r->constraint_count;
-  size_t shape_bound = 0, carriers = 0;
+  size_t shape_bound = 0;
   for (size_t g = 0; g < r->group_count; g++) {
     shape_bound += factors[g].row_count < width ? factors[g].row_count : width;
-    carriers += factors[g].vertex_count;
   }
   r->shape_offsets = ARENA_NEW(owner, size_t, r->group_count + 1);
   r->rest_offsets = ARENA_NEW(owner, size_t, r->group_count + 1);
   r->shapes = ARENA_NEW(owner, double, shape_bound *width);
+  r->Ux = ARENA_NEW(owner, double, shape_bound * r->rank);
   r->Fx = ARENA_NEW(owner, double, shape_bound *bound);
+  r->Ur = ARENA_NEW(owner, double, rows * r->rank);
   r->Fr = ARENA_NEW(owner, double, rows *bound);
-  if (!r->shape_offsets || !r->rest_offsets || !r->shapes || !r->Fx || !r->Fr) {
-    return status_no_memory("the reduced operators");
-  }
-  if (r->carrier_count == 0) {
-    r->Ux = ARENA_NEW(owner, double, shape_bound * r->rank);
-    r->Ur = ARENA_NEW(owner, double, rows * r->rank);
-    return r->Ux && r->Ur ? EXM_OK : status_no_memory("the reduced operators");
-  }
-  r->carrier_offsets = ARENA_NEW(owner, size_t, r->group_count + 1);
-  r->carriers = ARENA_NEW(owner, uint32_t, carriers);
-  r->carried_shapes = ARENA_NEW(owner, double *, r->group_count);
-  r->carried_rest = ARENA_NEW(owner, double *, r->group_count);
-  if (!r->carrier_offsets || !r->carriers || !r->carried_shapes || !r->carried_rest) {
+  if (!r->shape_offsets || !r->rest_offsets || !r->shapes || !r->Ux || !r->Fx || !r->Ur || !r->Fr) {
     return status_no_memory("the reduced operators");
   }
   return EXM_OK;
@@ -392,7 +346,7 @@ static exm_status turn_groups(arena *owner, const dictionary *d, const group_fac
                                  &shape_rank);
     }
     if (status == EXM_OK) {
-      status = append_group(owner, &factors[g], &group, shape_rank, g, rest_rows, r);
+      append_group(&group, shape_rank, g, rest_rows, r);
     }
     arena_release(&local);
   }
@@ -406,50 +360,11 @@ done:
   return status;
 }
 
-/** Positions of the vertices by the free coefficients, P, from the dictionary with the constraints eliminated. */
-static exm_status carry(arena *owner, const dictionary *d, reduced_mesh *r)
-{
-  size_t const kept = r->atom_count - r->constraint_count, bound = r->constraint_count, n = r->carrier_count;
-  arena scratch = {0};
-  exm_status status = EXM_OK;
-  double *at_kept = ARENA_NEW(&scratch, double, n *kept);
-  double *at_bound = ARENA_NEW(&scratch, double, n *bound);
-  double *atoms = ARENA_NEW(&scratch, double, r->atom_count);
-  r->P = ARENA_NEW(owner, double, n * r->rank);
-  r->PP = ARENA_NEW(owner, double, n *n);
-  if (!at_kept || !at_bound || !atoms || !r->P || !r->PP) {
-    status = status_no_memory("the reduced operators");
-    goto done;
-  }
-  for (size_t v = 0; v < n; v++) {
-    memset(atoms, 0, r->atom_count * sizeof(double));
-    for (size_t k = d->weight_offsets[v]; k < d->weight_offsets[v + 1]; k++) {
-      size_t const h = d->weight_handles[k];
-      dictionary_atoms(d, h, v, d->weight_values[k], atoms + d->atom_offsets[h]);
-    }
-    for (size_t j = 0; j < kept; j++) {
-      at_kept[v * kept + j] = atoms[r->kept[j]];
-    }
-    for (size_t j = 0; j < bound; j++) {
-      at_bound[v * bound + j] = atoms[r->bound[j]];
-    }
-  }
-  dense_multiply(0, 0, n, kept, bound, -1, at_bound, r->bound_rest, 1, at_kept);
-  dense_multiply(0, 0, n, r->rank, kept, 1, at_kept, r->basis, 0, r->P);
-  dense_multiply(0, 1, n, n, r->rank, 1, r->P, r->P, 0, r->PP);
-done:
-  arena_release(&scratch);
-  return status;
-}
-
-/** What solves multiply with: G, or P and P P'. */
-static exm_status finish(arena *owner, const dictionary *d, reduced_mesh *r)
+/** What solves multiply with. */
+static exm_status finish(arena *owner, reduced_mesh *r)
 {
   size_t const width = r->exemplar_count * r->dimension;
   r->size = sqrt(dense_dot(r->shape_rows * width, r->shapes, r->shapes) / (double)r->exemplar_count);
-  if (r->carrier_count > 0) {
-    return carry(owner, d, r);
-  }
   r->G = ARENA_NEW(owner, double, r->shape_rows * r->shape_rows);
   if (!r->G) {
     return status_no_memory("the reduced operators");
@@ -473,7 +388,6 @@ exm_status reduced_create(arena *owner, const dictionary *d, const constraints *
   for (size_t g = 0; g < group_count; g++) {
     rows += factors[g].row_count;
   }
-  r.carrier_count = has_carriers(d, factors, group_count, rows) ? d->vertex_count : 0;
   double *stack = stack_factors(&scratch, factors, group_count, d->atom_count, rows);
   if (!stack) {
     status = status_no_memory("the reduced operators");
@@ -485,7 +399,7 @@ exm_status reduced_create(arena *owner, const dictionary *d, const constraints *
       (status = orthonormal_basis(owner, &r, sqrt(dense_dot(rows * d->atom_count, stack, stack)), U, rows)) < 0 ||
       (status = make_orthogonal(owner, &r, U, F, rows)) < 0 ||
       (status = progress_report(report, 0.7, "reducing the mesh")) < 0 ||
-      (status = turn_groups(owner, d, factors, U, F, rows, &r)) < 0 || (status = finish(owner, d, &r)) < 0) {
+      (status = turn_groups(owner, d, factors, U, F, rows, &r)) < 0 || (status = finish(owner, &r)) < 0) {
     goto done;
   }
   *out = r;

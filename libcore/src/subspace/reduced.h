@@ -17,6 +17,16 @@
 #include "subspace/constraints.h"
 #include "subspace/dictionary.h"
 #include "subspace/group_factor.h"
+#include "subspace/vertices.h"
+
+/** Where all positions are free, proxies are combinations of vertices near by, the carriers of each group. */
+typedef struct reduced_carriers {
+  vertex_space space;
+  size_t *offsets;   /* [G + 1] */
+  uint32_t *indices; /* vertices of each group */
+  double **shapes;   /* [G] shape rows from carriers, [rows of g][carriers of g] */
+  double **rest;     /* [G] and the rest */
+} reduced_carriers;
 
 typedef struct reduced_mesh {
   size_t dimension, group_count, exemplar_count;
@@ -27,22 +37,17 @@ typedef struct reduced_mesh {
   size_t *shape_offsets;       /* [G + 1] rows of each group */
   size_t *rest_offsets;        /* [G + 1] */
   double *shapes;              /* [shape_rows][S d] the exemplars' proxies, side by side */
-  double *Ux, *Fx;             /* [shape_rows][rank], [shape_rows][constraint_count]; Ux NULL with carriers */
-  double *Ur, *Fr;             /* [rest_rows][rank], [rest_rows][constraint_count]; Ur NULL with carriers */
-  double *G;                   /* [shape_rows][shape_rows]; NULL with carriers */
+  reduced_carriers *carriers;  /* NULL for poses in the span of a dictionary, which alone have what follows */
+  double *Ux, *Fx;             /* [shape_rows][rank], [shape_rows][constraint_count] */
+  double *Ur, *Fr;             /* [rest_rows][rank], [rest_rows][constraint_count] */
+  double *G;                   /* [shape_rows][shape_rows] */
   size_t rest_root_rows;       /* the rest's energy is 1/2 |rest_root (u over c)|^2 */
   double *rest_root;           /* [rest_root_rows][rank + constraint_count] */
-  size_t carrier_count;        /* 0: none */
-  size_t *carrier_offsets;     /* [G + 1] */
-  uint32_t *carriers;          /* vertices of each group */
-  double **carried_shapes;     /* [G] A_g for its shape rows, [rows of g][carriers of g] */
-  double **carried_rest;       /* [G] and for the rest */
-  double *P;                   /* [carrier_count][rank] */
-  double *PP;                  /* [carrier_count][carrier_count] */
   double *exemplar_targets;    /* [constraint_count][S d] c of the exemplars' own handles */
   unsigned char *is_frame_row; /* [constraint_count] 0 for rows that are positions */
   double size;                 /* root of the energy of the exemplars' proxies: what "small" is relative to */
-  /* T = basis (u - shift c) on the atoms `kept`; on the atoms `bound`, one a constraint, follow c - rest T_kept. */
+  /* T = basis (u - shift c) on the atoms `kept`; on the atoms `bound`, one a constraint, follow c - rest T_kept.
+   * Without a dictionary T are the positions themselves. */
   size_t atom_count;
   size_t *kept, *bound;
   double *basis;      /* [kept][rank] */
@@ -54,29 +59,40 @@ typedef struct reduced_mesh {
 exm_status reduced_create(arena *owner, const dictionary *d, const constraints *c, const group_factor *factors,
                           size_t group_count, const progress *report, reduced_mesh *out);
 
-/** u [rank][width] = Ux' X for X [shape_rows][width]. scratch [carrier_count][width]. */
+/**
+ * The same with all positions free, in which case handles' weights have no say but in the edge groups. exemplars
+ * [V][S d] as in a dictionary; roots from group_roots_create. Needs reduced_release, also after a failure.
+ */
+exm_status reduced_create_whole(arena *owner, const mesh *reference, const dictionary *d, const constraints *c,
+                                const group_factor *roots, size_t group_count, const progress *report,
+                                reduced_mesh *out);
+
+/** What does not come from the arena. */
+void reduced_release(reduced_mesh *r);
+
+/** Doubles a column that the functions below need for scratch. */
+size_t reduced_scratch(const reduced_mesh *r);
+
+/** u [rank][width] = Ux' X for X [shape_rows][width]. */
 void reduced_to_basis(const reduced_mesh *r, size_t width, const double *X, double *scratch, double *u);
 
-/** y [shape_rows][width] = Ux u. scratch [carrier_count][width]. */
+/** y [shape_rows][width] = Ux u. */
 void reduced_to_shapes(const reduced_mesh *r, size_t width, const double *u, double *scratch, double *y);
 
-/** shapes [shape_rows][width] = Ux Ux' X and rest [rest_rows][width] = Ur Ux' X. scratch [2 carrier_count +
- * rank][width]. */
-void reduced_respond(const reduced_mesh *r, size_t width, const double *X, double *scratch, double *shapes,
-                     double *rest);
+/** held [shape_rows][d] = Fx c. */
+void reduced_hold(const reduced_mesh *r, const double *c, double *scratch, double *held);
 
 /** Energy of the pose u under c in the rows where no exemplar lives, as a sum of squares: exact near zero, where the
- *  difference of totals is not. scratch [2 (rank + constraints)][d]. */
+ *  difference of totals is not. */
 double reduced_rest_energy(const reduced_mesh *r, const double *u, const double *c, double *scratch);
 
-/** G [shape_rows][shape_rows], with carriers or without. scratch [carrier_count][shape_rows]. */
-void reduced_green(const reduced_mesh *r, double *scratch, double *G);
+/** Positions of the carriers [V][width] as proxies: shapes [shape_rows][width], and rest [rest_rows][width] or NULL. */
+void reduced_from_carriers(const reduced_mesh *r, size_t width, const double *points, double *shapes, double *rest);
 
-/** Scatter one group's proxies x [rows of g][width] to its carriers, out [carriers of g][width] = A_g' x. */
+/** Scatter one group's proxies x [rows of g][width] to its carriers, out [carriers of g][width]. */
 void reduced_carry(const reduced_mesh *r, size_t group, size_t width, const double *x, double *out);
 
-/** Coefficients [atom_count][d] of the pose u [rank][d] under the constraints c [constraint_count][d]. scratch: as many
- *  doubles as rank d. */
+/** Coefficients [atom_count][d] of the pose u [rank][d] under the constraints c [constraint_count][d]. */
 void reduced_coefficients(const reduced_mesh *r, const double *u, const double *c, double *scratch, double *T);
 
 #endif

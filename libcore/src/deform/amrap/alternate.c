@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/simd.h"
 #include "deform/amrap/amrap.h"
 #include "linalg/dense.h"
 #include "linalg/rotation.h"
@@ -21,11 +22,45 @@ void amrap_set_targets(amrap *a, const double *c)
   }
   a->has_energies = 0;
   memcpy(a->c, c, bound * d * sizeof(double));
-  dense_times(r->shape_rows, bound, d, r->Fx, a->c, a->Fxc);
-  a->held_energy = 0;
-  for (size_t i = 0; i < bound; i++) {
-    for (size_t j = 0; j < bound; j++) {
-      a->held_energy += a->FF[i * bound + j] * dense_dot(d, a->c + i * d, a->c + j * d) / 2;
+  reduced_hold(r, a->c, a->carried, a->Fxc);
+}
+
+/** out[k][j] += sum over rows of shapes[.][j] y[.][k], three columns, four rows at a time. */
+SIMD_CLONES static void moments_three(size_t rows, size_t width, const double *shapes, const double *y, double *out)
+{
+  double *x0 = out, *x1 = out + width, *x2 = out + 2 * width;
+  size_t i = 0;
+  for (; i + 4 <= rows; i += 4) {
+    const double *r0 = shapes + i * width, *r1 = r0 + width, *r2 = r1 + width, *r3 = r2 + width, *v = y + 3 * i;
+    for (size_t j = 0; j < width; j++) {
+      x0[j] += r0[j] * v[0] + r1[j] * v[3] + (r2[j] * v[6] + r3[j] * v[9]);
+      x1[j] += r0[j] * v[1] + r1[j] * v[4] + (r2[j] * v[7] + r3[j] * v[10]);
+      x2[j] += r0[j] * v[2] + r1[j] * v[5] + (r2[j] * v[8] + r3[j] * v[11]);
+    }
+  }
+  for (; i < rows; i++) {
+    const double *row = shapes + i * width, *v = y + 3 * i;
+    for (size_t j = 0; j < width; j++) {
+      x0[j] += row[j] * v[0];
+      x1[j] += row[j] * v[1];
+      x2[j] += row[j] * v[2];
+    }
+  }
+}
+
+void amrap_moments(const amrap *a, size_t g, const double *Y, double *out)
+{
+  const reduced_mesh *r = &a->reduced;
+  size_t const d = r->dimension, width = r->exemplar_count * d;
+  size_t const first = r->shape_offsets[g], rows = r->shape_offsets[g + 1] - first;
+  memset(out, 0, d * width * sizeof(double));
+  if (d == 3) {
+    moments_three(rows, width, r->shapes + first * width, Y + first * d, out);
+    return;
+  }
+  for (size_t i = first; i < first + rows; i++) {
+    for (size_t k = 0; k < d; k++) {
+      dense_axpy(width, Y[i * d + k], r->shapes + i * width, out + k * width);
     }
   }
 }
@@ -34,15 +69,12 @@ void amrap_fit_rotations(amrap *a)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const d = r->dimension, S = r->exemplar_count, count = r->group_count * S;
-  memset(a->fit, 0, count * d * d * sizeof(double));
   for (size_t g = 0; g < r->group_count; g++) {
-    for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
-      const double *shape = r->shapes + i * S * d, *y = a->y + i * d;
-      double *fit = a->fit + g * S * d * d;
-      for (size_t j = 0; j < S * d; j++) {
-        for (size_t k = 0; k < d; k++) {
-          fit[j * d + k] += shape[j] * y[k];
-        }
+    double *fit = a->fit + g * S * d * d;
+    amrap_moments(a, g, a->y, a->moments);
+    for (size_t j = 0; j < S * d; j++) {
+      for (size_t k = 0; k < d; k++) {
+        fit[j * d + k] = a->moments[k * S * d + j];
       }
     }
   }
@@ -51,7 +83,7 @@ void amrap_fit_rotations(amrap *a)
 
 double amrap_elastic_energy(const amrap *a, const double *u, const double *y, const double *X)
 {
-  double energy = reduced_rest_energy(&a->reduced, u, a->c, a->rest_scratch);
+  double energy = reduced_rest_energy(&a->reduced, u, a->c, a->carried);
   for (size_t i = 0; i < a->reduced.shape_rows * a->reduced.dimension; i++) {
     energy += (y[i] - X[i]) * (y[i] - X[i]) / 2;
   }

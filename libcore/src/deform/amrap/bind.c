@@ -64,23 +64,28 @@ static exm_status find_groups(const amrap_request *request, amrap_deformer *defo
   return EXM_OK;
 }
 
-/** Energy of heights over the plane as a form in the handles' heights, [H][H]. */
-static void height_energy(const dictionary *d, const group_factor *factors, size_t group_count, double *energy)
+/** The difference of all handles' weights along an edge, [H]. */
+static void weight_difference(const dictionary *d, size_t a, size_t b, double *out)
+{
+  memset(out, 0, d->handle_count * sizeof(double));
+  for (size_t i = d->weight_offsets[a]; i < d->weight_offsets[a + 1]; i++) {
+    out[d->weight_handles[i]] += d->weight_values[i];
+  }
+  for (size_t i = d->weight_offsets[b]; i < d->weight_offsets[b + 1]; i++) {
+    out[d->weight_handles[i]] -= d->weight_values[i];
+  }
+}
+
+/** Energy of heights over the plane as a form in the handles' heights, [H][H]. difference [H]. */
+static void height_energy(const mesh *reference, const dictionary *d, double *difference, double *energy)
 {
   size_t const H = d->handle_count;
-  for (size_t g = 0; g < group_count; g++) {
-    const group_factor *f = &factors[g];
-    for (size_t a = 0; a < f->column_count; a++) {
-      for (size_t b = 0; b < f->column_count; b++) {
-        size_t i = 0, j = 0;
-        while (i < H && d->atom_offsets[i] != f->columns[a]) {
-          i++;
-        }
-        while (j < H && d->atom_offsets[j] != f->columns[b]) {
-          j++;
-        }
-        for (size_t row = 0; i < H && j < H && row < f->row_count; row++) {
-          energy[i * H + j] += f->rows[row * f->column_count + a] * f->rows[row * f->column_count + b];
+  for (size_t t = 0; t < reference->triangle_count; t++) {
+    for (size_t i = 0; i < 3; i++) {
+      weight_difference(d, reference->triangles[t][(i + 1) % 3], reference->triangles[t][(i + 2) % 3], difference);
+      for (size_t h = 0; h < H; h++) {
+        if (difference[h] != 0) {
+          dense_axpy(H, reference->cotangents[t][i] * difference[h], difference, energy + h * H);
         }
       }
     }
@@ -88,7 +93,7 @@ static void height_energy(const dictionary *d, const group_factor *factors, size
 }
 
 /** Heights of all handles from those of the held ones: free handles at least energy. */
-static exm_status map_heights(const dictionary *d, const group_factor *factors, amrap_deformer *deformer)
+static exm_status map_heights(const mesh *reference, const dictionary *d, amrap_deformer *deformer)
 {
   size_t const H = d->handle_count;
   arena scratch = {0};
@@ -113,7 +118,7 @@ static exm_status map_heights(const dictionary *d, const group_factor *factors, 
   if (d->dimension != 2 || count == 0) {
     goto done;
   }
-  height_energy(d, factors, deformer->base.info.edge_group_count, energy);
+  height_energy(reference, d, column, energy);
   for (size_t i = 0; i < count; i++) {
     for (size_t j = 0; j < count; j++) {
       free_block[i * count + j] = energy[free[i] * H + free[j]];
@@ -145,8 +150,8 @@ static exm_status allocate_state(amrap_deformer *deformer)
 {
   size_t const H = deformer->base.info.handle_count, S = deformer->base.info.exemplar_count,
                d = deformer->coordinates.dimension;
-  size_t const rank = deformer->solver.reduced.rank, atoms = deformer->atoms.atom_count;
-  size_t const affine = H * (1 + 3 * S) * 3, widest = rank > 1 + S * d ? rank : 1 + S * d;
+  size_t const atoms = deformer->solver.reduced.atom_count, scratch = reduced_scratch(&deformer->solver.reduced);
+  size_t const affine = H * (1 + 3 * S) * 3, widest = scratch > 1 + S * d ? scratch : 1 + S * d;
   arena *owner = &deformer->base.memory;
   deformer->heights = ARENA_NEW(owner, double, H);
   deformer->pinned_heights = ARENA_NEW(owner, double, H);
@@ -161,17 +166,83 @@ static exm_status allocate_state(amrap_deformer *deformer)
   return EXM_OK;
 }
 
+/* The root of a group's Laplacian is dense, and so cubic work. */
+enum { LARGEST_WHOLE_GROUP = 400 };
+
+/** Is the mesh no larger than its dictionary? Then positions themselves are the smaller space, and hold all that the
+ * dictionary could. */
+static int has_few_vertices(const amrap_request *request, const amrap_deformer *deformer, size_t *sizes)
+{
+  const dictionary *d = &deformer->atoms;
+  size_t const atoms = d->handle_count * (1 + d->exemplar_count * d->dimension);
+  size_t largest = 0;
+  for (size_t v = 0; v < d->vertex_count; v++) {
+    sizes[deformer->groups[v]]++;
+  }
+  for (size_t g = 0; g < deformer->base.info.edge_group_count; g++) {
+    largest = sizes[g] > largest ? sizes[g] : largest;
+  }
+  return d->vertex_count <= atoms && d->vertex_count > deformer->held.row_count && largest <= LARGEST_WHOLE_GROUP &&
+         request->reference->report.loose_vertex_count == 0;
+}
+
+/** The reduced mesh over the vertices. */
+static exm_status reduce_vertices(const amrap_request *request, arena *scratch, amrap_deformer *deformer)
+{
+  size_t const groups = deformer->base.info.edge_group_count;
+  progress const measuring = progress_part(&request->report, AFTER_GROUPS, AFTER_FACTORS);
+  progress const reducing = progress_part(&request->report, AFTER_FACTORS, 1);
+  group_factor *roots = ARENA_NEW(scratch, group_factor, groups);
+  if (!roots) {
+    return status_no_memory("the edge groups");
+  }
+  TRY(group_roots_create(scratch, request->reference, deformer->groups, groups, &measuring, roots));
+  return reduced_create_whole(&deformer->base.memory, request->reference, &deformer->atoms, &deformer->held, roots,
+                              groups, &reducing, &deformer->solver.reduced);
+}
+
+/** The reduced mesh over the dictionary. */
+static exm_status reduce_dictionary(const amrap_request *request, arena *scratch, amrap_deformer *deformer)
+{
+  size_t const groups = deformer->base.info.edge_group_count;
+  progress const measuring = progress_part(&request->report, AFTER_GROUPS, AFTER_FACTORS);
+  progress const reducing = progress_part(&request->report, AFTER_FACTORS, 1);
+  group_factor *factors = ARENA_NEW(scratch, group_factor, groups);
+  if (!factors) {
+    return status_no_memory("the edge groups");
+  }
+  TRY(dictionary_mix(&deformer->base.memory, request->reference, &deformer->atoms));
+  TRY(group_factors_create(scratch, request->reference, &deformer->atoms, deformer->groups, groups, &measuring,
+                           factors));
+  return reduced_create(&deformer->base.memory, &deformer->atoms, &deformer->held, factors, groups, &reducing,
+                        &deformer->solver.reduced);
+}
+
+/** The solver's mesh over whichever is smaller. Where vertices are held by nothing but one another, only the dictionary
+ * says so. */
+static exm_status reduce(const amrap_request *request, amrap_deformer *deformer)
+{
+  arena scratch = {0};
+  size_t *sizes = ARENA_NEW(&scratch, size_t, deformer->base.info.edge_group_count);
+  exm_status status = sizes ? EXM_ERROR_NUMERIC : status_no_memory("the edge groups");
+  if (sizes && has_few_vertices(request, deformer, sizes)) {
+    status = reduce_vertices(request, &scratch, deformer);
+  }
+  if (status == EXM_ERROR_NUMERIC) {
+    reduced_release(&deformer->solver.reduced);
+    deformer->solver.reduced = (reduced_mesh){0};
+    status = reduce_dictionary(request, &scratch, deformer);
+  }
+  arena_release(&scratch);
+  return status;
+}
+
 /** Weights, groups and the dictionary, then everything that the solver needs of the mesh. */
 static exm_status build(const amrap_request *request, amrap_deformer *deformer)
 {
-  arena scratch = {0};
   double *shares = NULL;
-  reduced_mesh reduced;
   const progress *whole = &request->report;
   progress const weighing = progress_part(whole, 0, AFTER_WEIGHTS);
-  progress const measuring = progress_part(whole, AFTER_GROUPS, AFTER_FACTORS);
-  progress const reducing = progress_part(whole, AFTER_FACTORS, 1);
-  exm_status status;
   TRY(find_weights(request, &weighing, deformer));
   TRY(find_groups(request, deformer, &shares));
   TRY(progress_report(whole, AFTER_GROUPS, "grouping edges"));
@@ -183,25 +254,15 @@ static exm_status build(const amrap_request *request, amrap_deformer *deformer)
   TRY(dictionary_create(&deformer->base.memory, request->reference, &source, &deformer->coordinates, &deformer->atoms));
   TRY(constraints_create(&deformer->base.memory, request->reference, request->handles, &deformer->coordinates,
                          &deformer->held));
-  size_t const groups = deformer->base.info.edge_group_count;
-  group_factor *factors = ARENA_NEW(&scratch, group_factor, groups);
-  status = factors ? EXM_OK : status_no_memory("the edge groups");
-  if (status < 0 ||
-      (status = group_factors_create(&scratch, request->reference, &deformer->atoms, deformer->groups, groups,
-                                     &measuring, factors)) < 0 ||
-      (status = map_heights(&deformer->atoms, factors, deformer)) < 0 ||
-      (status = reduced_create(&deformer->base.memory, &deformer->atoms, &deformer->held, factors, groups, &reducing,
-                               &reduced)) < 0 ||
-      (status = amrap_prepare(&deformer->base.memory, &reduced, shares, &deformer->solver)) < 0 ||
-      (status = allocate_state(deformer)) < 0 ||
-      (status = skinning_create(request->reference->vertex_count, request->handles->count, request->exemplar_count,
-                                deformer->base.weights, request->exemplars, &deformer->skin)) < 0) {
-    goto done;
+  TRY(map_heights(request->reference, &deformer->atoms, deformer));
+  TRY(reduce(request, deformer));
+  TRY(amrap_prepare(&deformer->base.memory, shares, &deformer->solver));
+  TRY(allocate_state(deformer));
+  if (!deformer->solver.reduced.carriers) {
+    TRY(skinning_create(request->reference->vertex_count, request->handles->count, request->exemplar_count,
+                        deformer->base.weights, request->exemplars, &deformer->skin));
   }
-  status = progress_report(whole, 1, "binding");
-done:
-  arena_release(&scratch);
-  return status;
+  return progress_report(whole, 1, "binding");
 }
 
 exm_status amrap_deformer_bind(const amrap_request *request, exm_deformer **out)

@@ -16,18 +16,7 @@ static double const TIE_BREAK = 1e-6;
  * that is reported says so. */
 enum { WORKING_SET_ROUNDS = 12, WORKING_SET_ROUNDS_LARGE = 2, WORKING_SET_ROUNDS_ONLY = 60 };
 
-static size_t rows_of(const reduced_mesh *r, size_t g)
-{
-  return r->shape_offsets[g + 1] - r->shape_offsets[g];
-}
-
-static size_t carriers_of(const reduced_mesh *r, size_t g)
-{
-  return r->carrier_count ? r->carrier_offsets[g + 1] - r->carrier_offsets[g] : 0;
-}
-
-/** One proxy of exemplar s in group g, turned by its rotation. */
-static void turn(const amrap *a, size_t row, size_t g, size_t s, double *out)
+void amrap_turn(const amrap *a, size_t row, size_t g, size_t s, double *out)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const d = r->dimension, S = r->exemplar_count;
@@ -50,94 +39,13 @@ void amrap_blend_shapes(amrap *a)
     for (size_t s = 0; s < S; s++) {
       double const weight = a->B[g * S + s];
       for (size_t i = r->shape_offsets[g]; weight != 0 && i < r->shape_offsets[g + 1]; i++) {
-        turn(a, i, g, s, turned);
+        amrap_turn(a, i, g, s, turned);
         for (size_t k = 0; k < d; k++) {
           a->X[i * d + k] += weight * turned[k];
         }
       }
     }
   }
-}
-
-/** Columns: the unknowns (g, s) of this program, group by group; `wanted` [G][S] says which. */
-static size_t choose_columns(amrap *a, const unsigned char *wanted)
-{
-  const reduced_mesh *r = &a->reduced;
-  size_t const S = r->exemplar_count;
-  size_t count = 0, turned = 0, carried = 0;
-  for (size_t g = 0; g < r->group_count; g++) {
-    a->block_offsets[g] = count;
-    for (size_t s = 0; s < S; s++) {
-      if (!wanted || wanted[g * S + s]) {
-        a->column_group[count] = g;
-        a->column_shape[count] = s;
-        a->carried_offsets[count] = carried;
-        a->turned_offsets[count++] = turned;
-        turned += rows_of(r, g) * r->dimension;
-        carried += carriers_of(r, g) * r->dimension;
-      }
-    }
-  }
-  a->block_offsets[r->group_count] = count;
-  return count;
-}
-
-/** Columns Z_gs - X_g: what taking more of exemplar s changes, X being the blend that the search starts at. Entries of
- * Q are then of the size of these changes and not of the mesh, and its rounding with them. */
-static void turn_columns(amrap *a, size_t count)
-{
-  const reduced_mesh *r = &a->reduced;
-  size_t const d = r->dimension;
-  for (size_t i = 0; i < count; i++) {
-    size_t const g = a->column_group[i], first = r->shape_offsets[g];
-    double *turned = a->turned + a->turned_offsets[i];
-    for (size_t row = 0; row < rows_of(r, g); row++) {
-      turn(a, first + row, g, a->column_shape[i], turned + row * d);
-      for (size_t k = 0; k < d; k++) {
-        turned[row * d + k] -= a->X[(first + row) * d + k];
-      }
-    }
-    if (r->carrier_count) {
-      reduced_carry(r, g, d, turned, a->turned_carried + a->carried_offsets[i]);
-    }
-  }
-}
-
-/** G Z_i: on the rows from Z_i's own group on, since the rest follows from symmetry; or on the carriers. */
-static void respond(amrap *a, size_t column, int is_first_of_group)
-{
-  const reduced_mesh *r = &a->reduced;
-  size_t const d = r->dimension, g = a->column_group[column], first = r->shape_offsets[g];
-  if (r->carrier_count == 0) {
-    dense_times_transposed(rows_of(r, g), r->shape_rows - first, d, r->G + first * r->shape_rows + first, r->shape_rows,
-                           a->turned + a->turned_offsets[column], a->columns_G + first * d);
-    return;
-  }
-  for (size_t k = 0; is_first_of_group && k < carriers_of(r, g); k++) {
-    memcpy(a->green_rows + k * r->carrier_count, r->PP + r->carriers[r->carrier_offsets[g] + k] * r->carrier_count,
-           r->carrier_count * sizeof(double));
-  }
-  dense_times_transposed(carriers_of(r, g), r->carrier_count, d, a->green_rows, r->carrier_count,
-                         a->turned_carried + a->carried_offsets[column], a->columns_G);
-}
-
-/** <Z_j, G Z_i> for the response last computed. */
-static double response_dot(const amrap *a, size_t column)
-{
-  const reduced_mesh *r = &a->reduced;
-  size_t const d = r->dimension, g = a->column_group[column];
-  if (r->carrier_count == 0) {
-    return dense_dot(rows_of(r, g) * d, a->turned + a->turned_offsets[column], a->columns_G + r->shape_offsets[g] * d);
-  }
-  const double *carried = a->turned_carried + a->carried_offsets[column];
-  const uint32_t *carriers = r->carriers + r->carrier_offsets[g];
-  double sum = 0;
-  for (size_t k = 0; k < carriers_of(r, g); k++) {
-    for (size_t i = 0; i < d; i++) {
-      sum += carried[k * d + i] * a->columns_G[carriers[k] * d + i];
-    }
-  }
-  return sum;
 }
 
 static int is_damped(const amrap_damping *damping)
@@ -194,7 +102,7 @@ static double draw(const amrap *a, const amrap_options *options, const amrap_dam
 {
   double const weight = a->reduced.size * a->reduced.size / (double)(options->is_global ? 1 : a->reduced.group_count);
   double constant = 0;
-  if (is_damped(damping)) {
+  if (is_damped(damping) && damping->B0) {
     constant += draw_unknown(damping->mu * weight, damping->B0[g * a->reduced.exemplar_count + s], Q, p);
   }
   if (options->lambda == 0) {
@@ -203,32 +111,22 @@ static double draw(const amrap *a, const amrap_options *options, const amrap_dam
   return constant;
 }
 
-/** Q, p, l of the cone program for the columns chosen, and its k: Q = Z'Z - Z'G Z / (1 + mu), p = <Z, y - X>. */
-static double assemble_local(amrap *a, const amrap_options *options, const amrap_damping *damping, size_t count)
+/** Q, p, l of the cone program for the columns chosen: Q = Z'Z - Z'G Z / (1 + mu), p = <Z, y - X>, both from the
+ * anchor. constant: that of the anchor. Returns the program's. */
+static double assemble_local(amrap *a, const amrap_options *options, const amrap_damping *damping, size_t count,
+                             double constant)
 {
-  const reduced_mesh *r = &a->reduced;
-  size_t const d = r->dimension, S = r->exemplar_count;
-  double constant = start(a, damping);
-  turn_columns(a, count);
-  for (size_t i = 0; i < r->shape_rows * d; i++) {
-    a->misfit[i] = a->y[i] - a->X[i];
-  }
+  const amrap_columns *m = &a->columns;
+  size_t const S = a->reduced.exemplar_count;
   for (size_t i = 0; i < count; i++) {
-    size_t const g = a->column_group[i], s = a->column_shape[i];
-    const double *turned = a->turned + a->turned_offsets[i];
-    respond(a, i, i == a->block_offsets[g]);
-    for (size_t j = a->block_offsets[g]; j < count; j++) {
-      double value = -response_dot(a, j) / (1 + damping->mu);
-      if (a->column_group[j] == g) {
-        value += dense_dot(rows_of(r, g) * d, a->turned + a->turned_offsets[j], turned);
-      }
-      a->Q[i * count + j] = a->Q[j * count + i] = value;
+    size_t const slot = m->order[i], g = m->group[slot], s = m->shape[slot];
+    const double *row = m->Q + slot * m->limit;
+    for (size_t j = 0; j < count; j++) {
+      a->Q[i * count + j] = row[m->order[j]];
     }
-    a->p[i] = dense_dot(rows_of(r, g) * d, turned, a->misfit + r->shape_offsets[g] * d);
+    a->p[i] = m->slope[slot];
     a->l[i] = options->lambda * sqrt(a->D[g * S + s]);
-  }
-  for (size_t i = 0; i < count; i++) {
-    constant += draw(a, options, damping, a->column_group[i], a->column_shape[i], &a->Q[i * count + i], &a->p[i]);
+    constant += draw(a, options, damping, g, s, &a->Q[i * count + i], &a->p[i]);
   }
   return constant;
 }
@@ -243,7 +141,7 @@ static void turn_exemplars(amrap *a, const amrap_options *options, double *turne
     for (size_t s = 0; s < S; s++) {
       a->l[s] += options->lambda * sqrt(a->D[g * S + s]);
       for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
-        turn(a, i, g, s, turned + i * width + s * d);
+        amrap_turn(a, i, g, s, turned + i * width + s * d);
         dense_axpy(d, -1, a->X + i * d, turned + i * width + s * d);
       }
     }
@@ -261,13 +159,11 @@ static double assemble_global(amrap *a, const amrap_options *options, const amra
   memset(a->p, 0, S * sizeof(double));
   turn_exemplars(a, options, turned);
   reduced_to_basis(r, width, turned, a->carried, in_basis);
-  for (size_t i = 0; i < r->shape_rows * d; i++) {
-    a->misfit[i] = a->y[i] - a->X[i];
-  }
+  amrap_columns_anchor(a);
   for (size_t s = 0; s < S; s++) {
     for (size_t i = 0; i < r->shape_rows; i++) {
       const double *row = turned + i * width;
-      a->p[s] += dense_dot(d, row + s * d, a->misfit + i * d);
+      a->p[s] += dense_dot(d, row + s * d, a->columns.misfit + i * d);
       for (size_t t = 0; t <= s; t++) {
         a->Q[s * S + t] += dense_dot(d, row + s * d, row + t * d);
       }
@@ -313,35 +209,42 @@ static void solve_global(amrap *a, const amrap_options *options, const amrap_dam
   }
 }
 
-static void solve_local(amrap *a, const amrap_options *options, const amrap_damping *damping,
+/** From the anchor, whose constant is given. */
+static void solve_local(amrap *a, const amrap_options *options, const amrap_damping *damping, double constant,
                         const unsigned char *wanted, cone_result *result)
 {
+  const amrap_columns *m = &a->columns;
   size_t const S = a->reduced.exemplar_count;
-  size_t const count = choose_columns(a, wanted);
-  double const constant = assemble_local(a, options, damping, count);
+  size_t const count = amrap_columns_choose(a, wanted, damping->mu);
+  constant = assemble_local(a, options, damping, count, constant);
   cone_program const program = program_of(a, count, a->reduced.group_count, constant);
   for (size_t i = 0; i < count; i++) {
-    a->unknown[i] = a->B[a->column_group[i] * S + a->column_shape[i]];
+    a->unknown[i] = a->B[m->group[m->order[i]] * S + m->shape[m->order[i]]];
   }
   cone_solve(&program, &a->cone, CONE_TOLERANCE, a->unknown, result);
   for (size_t i = 0; i < count; i++) {
-    a->B[a->column_group[i] * S + a->column_shape[i]] = a->unknown[i];
+    a->B[m->group[m->order[i]] * S + m->shape[m->order[i]]] = a->unknown[i];
   }
 }
 
-/** Gradient of the objective by B_gs at the pose: <Z_gs, X_g - y_g> / (2 sqrt(E_d)) + lambda sqrt(D_gs). */
-static double gradient(const amrap *a, const amrap_options *options, double root, size_t g, size_t s)
+/** Gradient of the objective by B_gs at the pose, [S] of group g: <Z_gs, X_g - y_g> / (2 sqrt(E_d)) + lambda
+ * sqrt(D_gs).
+ */
+static void gradients(amrap *a, const amrap_options *options, double root, size_t g, double *slopes)
 {
   const reduced_mesh *r = &a->reduced;
-  size_t const d = r->dimension;
-  double turned[3], slope = 0;
-  for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
-    turn(a, i, g, s, turned);
-    for (size_t k = 0; k < d; k++) {
-      slope += turned[k] * (a->X[i * d + k] - a->y[i * d + k]);
+  size_t const d = r->dimension, S = r->exemplar_count;
+  amrap_moments(a, g, a->turned_G, a->moments);
+  for (size_t s = 0; s < S; s++) {
+    const double *rotation = a->rotations + (g * S + s) * d * d;
+    double slope = 0;
+    for (size_t j = 0; j < d; j++) {
+      for (size_t k = 0; k < d; k++) {
+        slope += rotation[j * d + k] * a->moments[k * S * d + s * d + j];
+      }
     }
+    slopes[s] = slope / (2 * root) + options->lambda * sqrt(a->D[g * S + s]);
   }
-  return slope / (2 * root) + options->lambda * sqrt(a->D[g * r->exemplar_count + s]);
 }
 
 /** Keep the exemplars in use in group g, and want the two besides whose use would lower the objective most. slopes [S]:
@@ -374,18 +277,21 @@ static size_t extend_group(amrap *a, size_t g, const double *slopes)
 }
 
 /** Extend the working set of every group. *gap: that of the whole program. Returns how many are new. */
-static size_t extend(amrap *a, const amrap_options *options, const cone_result *result, double *gap)
+static size_t extend(amrap *a, const amrap_options *options, double quadratic, double *gap)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const S = r->exemplar_count;
-  double const root = fmax(sqrt(result->quadratic), 1e-9 * r->size);
+  double const root = fmax(sqrt(quadratic), 1e-9 * r->size);
   double *slopes = a->slopes;
   size_t added = 0;
   *gap = 0;
+  for (size_t i = 0; i < r->shape_rows * r->dimension; i++) {
+    a->turned_G[i] = a->X[i] - a->y[i];
+  }
   for (size_t g = 0; g < r->group_count; g++) {
     double lowest = DBL_MAX;
+    gradients(a, options, root, g, slopes);
     for (size_t s = 0; s < S; s++) {
-      slopes[s] = gradient(a, options, root, g, s);
       *gap += a->B[g * S + s] * slopes[s];
       lowest = fmin(lowest, slopes[s]);
     }
@@ -395,29 +301,26 @@ static size_t extend(amrap *a, const amrap_options *options, const cone_result *
   return added;
 }
 
-/** The exemplars in use and the nearest. A blend of more than there is room for (few ever are at an optimum) gives up
- * its smallest parts. */
+/** The exemplars in use. A blend of more than there is room for (few ever are at an optimum) gives up its smallest
+ * parts. */
 static void start_working_set(amrap *a, size_t g)
 {
   size_t const S = a->reduced.exemplar_count;
   double *B = a->B + g * S;
   unsigned char *wanted = a->wanted + g * S;
-  size_t nearest = 0;
   double sum = 0;
   for (size_t s = 0; s < S; s++) {
     size_t larger = 0;
-    for (size_t t = 0; t < S; t++) {
+    for (size_t t = 0; t < S && B[s] > 0; t++) {
       larger += B[t] > B[s] || (B[t] == B[s] && t < s);
     }
     wanted[s] = B[s] > 0 && larger < a->columns_per_group - 1;
     B[s] = wanted[s] ? B[s] : 0;
     sum += B[s];
-    nearest = a->D[g * S + s] < a->D[g * S + nearest] ? s : nearest;
   }
   for (size_t s = 0; s < S; s++) {
     B[s] /= sum;
   }
-  wanted[nearest] = 1;
 }
 
 /** Many unknowns: solve over the exemplars in use and those that would lower the objective, until none would. */
@@ -428,13 +331,16 @@ static void solve_working_set(amrap *a, const amrap_options *options, const amra
     start_working_set(a, g);
   }
   pose(a, damping);
-  int const rounds = !options->has_rotations                ? WORKING_SET_ROUNDS_ONLY
-                     : r->carrier_count && options->is_warm ? WORKING_SET_ROUNDS_LARGE
-                                                            : WORKING_SET_ROUNDS;
+  amrap_columns_anchor(a);
+  double const constant = start(a, damping);
+  extend(a, options, constant, &result->gap);
+  int const rounds = !options->has_rotations           ? WORKING_SET_ROUNDS_ONLY
+                     : r->carriers && options->is_warm ? WORKING_SET_ROUNDS_LARGE
+                                                       : WORKING_SET_ROUNDS;
   for (int round = 0; round < rounds; round++) {
-    solve_local(a, options, damping, a->wanted, result);
+    solve_local(a, options, damping, constant, a->wanted, result);
     pose(a, damping);
-    if (extend(a, options, result, &result->gap) == 0) {
+    if (extend(a, options, result->quadratic, &result->gap) == 0) {
       break;
     }
   }
@@ -456,7 +362,8 @@ void amrap_solve_blend(amrap *a, const amrap_options *options, const amrap_dampi
   if (options->is_global) {
     solve_global(a, options, damping, result);
   } else {
-    solve_local(a, options, damping, NULL, result);
+    amrap_columns_anchor(a);
+    solve_local(a, options, damping, start(a, damping), NULL, result);
   }
   pose(a, damping);
 }

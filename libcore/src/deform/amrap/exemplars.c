@@ -16,7 +16,7 @@ static double const MATRIX_TOLERANCE = 1e-7;
 
 /** The rigid motion that takes exemplar s's handles closest to the targets: where its ARAP starts. Equivariant, so that
  * the result is. */
-static void rigid_start(amrap *a, size_t s)
+void amrap_rigid_start(amrap *a, size_t s)
 {
   const reduced_mesh *r = &a->reduced;
   size_t const d = r->dimension, bound = r->constraint_count, width = r->exemplar_count * d;
@@ -134,7 +134,9 @@ static void solve_poses(amrap *a)
       }
     }
   }
-  reduced_respond(r, width, a->single_blend, a->carried, a->single_shapes, a->single_rest);
+  reduced_to_basis(r, width, a->single_blend, a->carried, a->global_u);
+  reduced_to_shapes(r, width, a->global_u, a->carried, a->single_shapes);
+  dense_multiply(0, 0, r->rest_rows, width, r->rank, 1, r->Ur, a->global_u, 0, a->single_rest);
 }
 
 void amrap_exemplar_pose(const amrap *a, size_t s, double *scratch, double *u)
@@ -146,35 +148,6 @@ void amrap_exemplar_pose(const amrap *a, size_t s, double *scratch, double *u)
     }
   }
   reduced_to_basis(r, r->dimension, scratch, a->carried, u);
-}
-
-/** Add one proxy's part to the matrix that exemplar s's rotation in its group is fitted to: shape' y. */
-static void add_to_fit(const amrap *a, size_t row, size_t s, double *matrix)
-{
-  const reduced_mesh *r = &a->reduced;
-  size_t const d = r->dimension, at = (row * r->exemplar_count + s) * d;
-  for (size_t j = 0; j < d; j++) {
-    for (size_t k = 0; k < d; k++) {
-      matrix[j * d + k] += r->shapes[at + j] * (a->single_shapes[at + k] + a->Fxc[row * d + k]);
-    }
-  }
-}
-
-/** One local step for all exemplars at once, from the poses last solved and the handles as they are now. With many
- *  exemplars a whole alternation each is too much for a frame of a drag; the next frame goes on. */
-static void refit_all(amrap *a)
-{
-  const reduced_mesh *r = &a->reduced;
-  size_t const S = r->exemplar_count, G = r->group_count, square = r->dimension * r->dimension;
-  memset(a->single_rotations, 0, S * G * square * sizeof(double));
-  for (size_t g = 0; g < G; g++) {
-    for (size_t i = r->shape_offsets[g]; i < r->shape_offsets[g + 1]; i++) {
-      for (size_t s = 0; s < S; s++) {
-        add_to_fit(a, i, s, a->single_rotations + (s * G + g) * square);
-      }
-    }
-  }
-  rotation_fit(r->dimension, S * G, a->single_rotations, a->single_rotations);
 }
 
 /** D_gs = 1/2 |proxies of the pose - turned exemplar|^2 over the group's rows. */
@@ -210,21 +183,24 @@ static void measure(amrap *a)
 void amrap_solve_exemplars(amrap *a, const amrap_options *options, int from_scratch)
 {
   const reduced_mesh *r = &a->reduced;
-  size_t const d = r->dimension;
-  if (!options->has_rotations) {
-    identity_rotations(d, r->exemplar_count * r->group_count, a->single_rotations);
+  for (size_t s = 0; s < r->exemplar_count && options->has_rotations && from_scratch; s++) {
+    amrap_rigid_start(a, s);
   }
-  int const is_large = r->carrier_count > 0;
-  for (size_t s = 0; s < r->exemplar_count && options->has_rotations && (from_scratch || !is_large); s++) {
-    if (from_scratch) {
-      rigid_start(a, s);
-    }
+  if (!options->has_rotations) {
+    identity_rotations(r->dimension, r->exemplar_count * r->group_count, a->single_rotations);
+  }
+  if (r->carriers) {
+    amrap_whole_solve(a, options, from_scratch);
+    return;
+  }
+  for (size_t s = 0; s < r->exemplar_count && options->has_rotations; s++) {
     int const count = from_scratch ? COUNT_FROM_SCRATCH : COUNT_WARM;
     alternate(a, s, options->tolerance > 0 ? CAP : count, options->tolerance > 0);
   }
-  if (options->has_rotations && !from_scratch && is_large) {
-    refit_all(a);
+  if (a->D_roots) {
+    amrap_measure_by_roots(a);
+  } else {
+    solve_poses(a);
+    measure(a);
   }
-  solve_poses(a);
-  measure(a);
 }
