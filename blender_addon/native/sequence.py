@@ -170,12 +170,14 @@ class Sequence:
         tolerance=None,
         cyclic=False,
         pins=None,
+        examples=None,
         progress=None,
     ):
         """Fit the three signals. Counts of 0 are chosen by the tolerance, an RMS distance as a
         share of the diagonal.
 
         pins      {frame: (x, y)} in the pose plane
+        examples  [E][V][3] that span the shape signal instead of principal components
         progress  called with (fraction, stage); returns True to cancel
         """
         pinned = _Pins(pins)
@@ -191,6 +193,10 @@ class Sequence:
         )
         if tolerance is not None:
             settings.tolerance = tolerance
+        if examples is not None:
+            examples = self._poses("examples", examples)
+            settings.examples = examples.ctypes.data
+            settings.example_count = len(examples)
         report = initialised(self._library, CSequenceFitReport, "exm_sequence_fit_report_init")
         with ProgressCallback(progress) as callback:
             self._call("exm_sequence_fit", settings, callback, None, report)
@@ -324,6 +330,55 @@ class Sequence:
             None if knots is None else knots.ctypes.data,
             frame_count,
         )
+
+    # ------------------------------------------------------------------------------- frames
+
+    def resample(self, times):
+        """New frame j is what was at times[j]."""
+        times = as_input("times", times, numpy.float64, (-1,))
+        self._call("exm_sequence_resample", times.ctypes.data, len(times))
+
+    def convert_rate(self, ratio):
+        """`ratio` times as many frames, at the same speed."""
+        self._call("exm_sequence_convert_rate", ratio)
+
+    def loop(self, start, end, count=1):
+        """Play what lies between two times `count` times more."""
+        self._call("exm_sequence_loop", start, end, count)
+
+    def add_pose(self, positions, point):
+        """Put a shape [V][3] at a point of the pose plane."""
+        positions = self._poses("positions", numpy.asarray(positions)[None])
+        point = as_input("point", point, numpy.float64, (2,))
+        self._call("exm_sequence_add_pose", positions.ctypes.data, point.ctypes.data)
+
+    def transfer(self, examples, mesh, mesh_examples, shape_space=ShapeSpace.POSITIONS):
+        """The same motion on another mesh, by matched examples [E][V][3] and [E][V'][3]: a
+        Sequence."""
+        examples = self._poses("examples", examples)
+        others = as_input(
+            "mesh_examples",
+            mesh_examples,
+            numpy.float32,
+            (len(examples), mesh.report.vertex_count, 3),
+        )
+        made = type(self).__new__(type(self))
+        made._open(self._library)
+        handle = c_void_p()
+        self._call(
+            "exm_sequence_transfer",
+            examples.ctypes.data,
+            mesh.handle,
+            shape_space,
+            others.ctypes.data,
+            len(examples),
+            byref(handle),
+        )
+        made._handle = handle
+        return made
+
+    def _poses(self, name, poses):
+        return as_input(name, poses, numpy.float32, (-1, self.info.vertex_count, 3))
 
     def close(self):
         with self.lock:

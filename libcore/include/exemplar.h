@@ -737,6 +737,9 @@ typedef struct exm_sequence_fit_settings {
                        them, as a share of the diagonal of the mesh's bounding box; default 1e-3 */
   int32_t cyclic;   /* 1: the last frame is followed by the first, one frame later; the curve is closed */
   exm_pins pins;    /* count 0: none. Counted over the whole sequence; a window takes those it contains */
+  /* Shapes that span the shape signal instead of principal components; component_count is not looked at. */
+  const float *examples; /* [example_count][V][3] finite, 2 or more; NULL: none */
+  size_t example_count;
 } exm_sequence_fit_settings;
 
 EXM_API void exm_sequence_fit_settings_init(exm_sequence_fit_settings *settings);
@@ -891,6 +894,56 @@ EXM_API exm_status exm_sequence_delete_control_point(exm_sequence *sequence, siz
  */
 EXM_API exm_status exm_sequence_draw(exm_sequence *sequence, size_t control_point_count, const double *points,
                                      const double *knots, size_t frame_count);
+
+/* The frames' times. These edits replace the frames of the time signal, whose curve or rate changes; the times of later
+ * calls are those of the new frames. They ask for a single window. */
+
+/**
+ * Other frames on the same curve [SEQ, 4.2]: new frame j is what was at times[j], to the bit.
+ *
+ * times  [count] finite, not falling, within 0 .. n - 1; cyclic: over less than n frames
+ */
+EXM_API exm_status exm_sequence_resample(exm_sequence *sequence, const double *times, size_t count);
+
+/** `ratio` > 0 times as many frames a second, at the same speed: new frame j is at time j / ratio. A cyclic sequence
+ * gets the nearest whole number of frames, evenly spread. */
+EXM_API exm_status exm_sequence_convert_rate(exm_sequence *sequence, double ratio);
+
+/**
+ * Play the stretch between two times again, `count` times more [SEQ, 4.1 and figure 5]: its control points and frames
+ * are repeated, and the curve goes back from its end to its beginning by a smooth bend of three spans. What lies before
+ * that bend and two spans after the stretch's last repetition does not change by a bit; later frames just come later.
+ *
+ * from, to  frames' times, from < to, and a knot between them
+ */
+EXM_API exm_status exm_sequence_loop(exm_sequence *sequence, double from, double to, size_t count);
+
+/**
+ * Put a shape into the pose plane: the pose signal passes through it there (to a part in 1e5 of what it was away), and
+ * bends around it; places of frames and the curve stay. It is counted behind the fitted frames, and pinned.
+ *
+ * positions  [V][3] finite
+ * point      [2] finite, where no other pose is
+ *
+ * Asks for a single window. The shape may be outside of the space of the components: it brings another one.
+ */
+EXM_API exm_status exm_sequence_add_pose(exm_sequence *sequence, const float *positions, const double *point);
+
+/**
+ * The same motion on another mesh, of any connectivity [SEQ, 4.3]: the shape signal is replaced by matched examples,
+ * pose and time signals stay as they are, edits included. Every shape is written as source example 0 plus a combination
+ * of the others' differences to it, in least squares, and shown as that combination of the target's.
+ *
+ * source_examples  [count][V][3] finite; 0 is the reference pose
+ * target           mesh of V' vertices; copied
+ * shape_space      exm_shape_space of the new sequence
+ * target_examples  [count][V'][3] finite, the same poses
+ * count            2 or more
+ * out              NULL on failure; release with exm_sequence_destroy. It holds no frames
+ */
+EXM_API exm_status exm_sequence_transfer(exm_sequence *sequence, const float *source_examples, const exm_mesh *target,
+                                         int32_t shape_space, const float *target_examples, size_t count,
+                                         exm_sequence **out);
 
 /* Files. docs/sequences.md describes the format, version EXM_SEQUENCE_FILE_VERSION. */
 

@@ -14,7 +14,7 @@ typedef struct life {
 static exm_status live(void *context)
 {
   life *l = context;
-  exm_sequence *sequence = (exm_sequence *)(uintptr_t)1, *loaded = NULL;
+  exm_sequence *sequence = (exm_sequence *)(uintptr_t)1, *loaded = NULL, *carried = NULL;
   uint32_t const frame = 1;
   double const point[2] = {0.2, 0.1}, path[8] = {0};
   exm_pins const pins = {1, &frame, point};
@@ -30,9 +30,14 @@ static exm_status live(void *context)
       (status = exm_sequence_evaluate(sequence, 1.5, l->after)) >= 0 &&
       (status = exm_sequence_measure(sequence, NULL, NULL)) >= 0 &&
       (status = exm_sequence_save(sequence, l->path, NULL)) >= 0 &&
-      (status = exm_sequence_load(l->path, NULL, &loaded)) >= 0) {
-    status = exm_sequence_draw(loaded, 4, path, NULL, 7);
+      (status = exm_sequence_load(l->path, NULL, &loaded)) >= 0 &&
+      (status = exm_sequence_draw(loaded, 4, path, NULL, 7)) >= 0 &&
+      (status = exm_sequence_loop(sequence, 0, 6, 2)) >= 0 &&
+      (status = exm_sequence_convert_rate(sequence, 0.7)) >= 0 &&
+      (status = exm_sequence_add_pose(sequence, l->w->frames, path)) >= 0) {
+    status = exm_sequence_transfer(sequence, l->w->frames, l->w->mesh, l->space, l->w->frames, 3, &carried);
   }
+  exm_sequence_destroy(carried);
   exm_sequence_destroy(sequence);
   exm_sequence_destroy(loaded);
   return status;

@@ -37,6 +37,8 @@ class CSequenceFitSettings(Structure):
         ("tolerance", c_double),
         ("cyclic", c_int32),
         ("pins", CPins),
+        ("examples", c_void_p),
+        ("example_count", c_size_t),
     ]
 
 
@@ -187,6 +189,29 @@ FUNCTIONS = {
     #                              const double *points, const double *knots,
     #                              size_t frame_count);
     "exm_sequence_draw": (STATUS, SEQUENCE, c_size_t, ARRAY, ARRAY, c_size_t),
+    # exm_status exm_sequence_resample(exm_sequence *sequence, const double *times, size_t count);
+    "exm_sequence_resample": (STATUS, SEQUENCE, ARRAY, c_size_t),
+    # exm_status exm_sequence_convert_rate(exm_sequence *sequence, double ratio);
+    "exm_sequence_convert_rate": (STATUS, SEQUENCE, c_double),
+    # exm_status exm_sequence_loop(exm_sequence *sequence, double from, double to, size_t count);
+    "exm_sequence_loop": (STATUS, SEQUENCE, c_double, c_double, c_size_t),
+    # exm_status exm_sequence_add_pose(exm_sequence *sequence, const float *positions,
+    #                                  const double *point);
+    "exm_sequence_add_pose": (STATUS, SEQUENCE, ARRAY, ARRAY),
+    # exm_status exm_sequence_transfer(exm_sequence *sequence, const float *source_examples,
+    #                                  const exm_mesh *target, int32_t shape_space,
+    #                                  const float *target_examples, size_t count,
+    #                                  exm_sequence **out);
+    "exm_sequence_transfer": (
+        STATUS,
+        SEQUENCE,
+        ARRAY,
+        MESH,
+        c_int32,
+        ARRAY,
+        c_size_t,
+        POINTER(SEQUENCE),
+    ),
     # void exm_sequence_file_report_init(exm_sequence_file_report *report);
     "exm_sequence_file_report_init": (None, POINTER(CSequenceFileReport)),
     # exm_status exm_sequence_save(const exm_sequence *sequence, const char *path,

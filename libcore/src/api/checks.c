@@ -25,8 +25,7 @@ exm_status check_exemplar(const exm_deformer *deformer, size_t exemplar)
   return EXM_OK;
 }
 
-static exm_status check_shapes(const float *shapes, size_t count, size_t vertex_count, const char *several,
-                               const char *one)
+exm_status check_shapes(const float *shapes, size_t count, size_t vertex_count, const char *several, const char *one)
 {
   if (count == 0) {
     return status_set(EXM_ERROR_ARGUMENT, "%s_count is 0: there must be one at least", one);

@@ -15,6 +15,9 @@ exm_status check_exemplar(const exm_deformer *deformer, size_t exemplar);
 exm_status check_exemplars(const float *exemplars, size_t exemplar_count, size_t vertex_count);
 exm_status check_poses(const float *poses, size_t pose_count, size_t vertex_count);
 
+/** The same under other names: of all of them, which is that of the argument, and of one. */
+exm_status check_shapes(const float *shapes, size_t count, size_t vertex_count, const char *several, const char *one);
+
 /** [H][3][4]: every number that a solve will look at is finite. */
 exm_status check_targets(const exm_deformer *deformer, const double *targets);
 

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "api/checks.h"
 #include "api/sequence.h"
 #include "api/structs.h"
 #include "base/clock.h"
@@ -154,8 +155,9 @@ static exm_status check_pins(const exm_pins *pins, size_t frame_count)
   return EXM_OK;
 }
 
-static exm_status check_settings(const exm_sequence_fit_settings *settings, size_t frame_count)
+static exm_status check_settings(const exm_sequence *sequence, const exm_sequence_fit_settings *settings)
 {
+  size_t const frame_count = sequence->frame_count;
   TRY(check_count(settings->control_point_count, 4, "settings.control_point_count", "a cubic curve"));
   TRY(check_count(settings->site_count, 3, "settings.site_count", "a plane"));
   if (!(settings->tolerance > 0) || !isfinite(settings->tolerance)) {
@@ -168,6 +170,13 @@ static exm_status check_settings(const exm_sequence_fit_settings *settings, size
   if (frame_count < least) {
     return status_set(EXM_ERROR_ARGUMENT, "the sequence has %zu frame%s: %s needs %zu at least", frame_count,
                       frame_count == 1 ? "" : "s", settings->cyclic ? "a cyclic one" : "a fit", least);
+  }
+  if (settings->examples && settings->example_count < 2) {
+    return status_set(EXM_ERROR_ARGUMENT, "settings.example_count is %zu, not 2 or more", settings->example_count);
+  }
+  if (settings->examples) {
+    TRY(check_shapes(settings->examples, settings->example_count, sequence->reference->vertex_count,
+                     "settings.examples", "example"));
   }
   return check_pins(&settings->pins, frame_count);
 }
@@ -183,7 +192,7 @@ exm_status exm_sequence_fit(exm_sequence *sequence, const exm_sequence_fit_setti
   exm_sequence_fit_settings_init(&own);
   TRY(settings_read(&own, sizeof own, settings, "settings"));
   TRY(report_check(report, "report"));
-  TRY(check_settings(&own, sequence->frame_count));
+  TRY(check_settings(sequence, &own));
   TRY(sequence_fit(sequence, &own, &whole, &found));
   found.seconds = clock_seconds() - start;
   return report_write(report, &found, sizeof found, "report");

@@ -228,3 +228,32 @@ void pca_combine_linear(const pca *p, const double *coordinates, double *out)
     add_components(p, coordinates, first, p->dimension - first < STRIP ? p->dimension - first : STRIP, out + first);
   }
 }
+
+SIMD_CLONES static double centred_dot(size_t count, const float *row, const float *mean, const float *other)
+{
+  double sum = 0;
+#pragma omp simd reduction(+ : sum)
+  for (size_t i = 0; i < count; i++) {
+    sum += ((double)row[i] - (double)mean[i]) * (double)other[i];
+  }
+  return sum;
+}
+
+double pca_project(const pca *p, const float *row, double *coordinates)
+{
+  double strip[STRIP], squared = 0;
+  for (size_t j = 0; j < p->component_count; j++) {
+    coordinates[j] = centred_dot(p->dimension, row, p->mean, p->basis + j * p->dimension);
+  }
+  for (size_t first = 0; first < p->dimension; first += STRIP) {
+    size_t const width = p->dimension - first < STRIP ? p->dimension - first : STRIP;
+    for (size_t i = 0; i < width; i++) {
+      strip[i] = (double)p->mean[first + i];
+    }
+    add_components(p, coordinates, first, width, strip);
+    for (size_t i = 0; i < width; i++) {
+      squared += (strip[i] - (double)row[first + i]) * (strip[i] - (double)row[first + i]);
+    }
+  }
+  return squared;
+}

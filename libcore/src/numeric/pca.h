@@ -31,6 +31,9 @@ typedef struct pca {
 exm_status pca_fit(arena *owner, size_t row_count, size_t dimension, const float *const *rows, size_t components,
                    double limit, const progress *report, pca *out);
 
+/** Coordinates [m] of the row that is closest to one of any numbers [d]; gives the squared distance between the two. */
+double pca_project(const pca *p, const float *row, double *coordinates);
+
 /** out [d] = mean + sum_j coordinates[j] basis[j] */
 void pca_combine(const pca *p, const double *coordinates, double *out);
 void pca_combine_single(const pca *p, const double *coordinates, float *out);

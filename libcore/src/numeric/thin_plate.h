@@ -36,6 +36,7 @@ typedef struct thin_plate_request {
   size_t point_count, value_count;
   const double (*points)[2]; /* [n] */
   const double *values;      /* [n][m] */
+  const double *weights;     /* [n] positive, of the residuals; NULL: 1 */
   size_t site_count;         /* l, at most n; 0: as few as leave no more than `limit` */
   double limit;              /* of the sum of squared residuals */
   uint32_t *order;           /* [n] out: the points that were chosen for sites, first come first */

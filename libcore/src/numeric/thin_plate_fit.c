@@ -75,11 +75,16 @@ static int append_column(fitting *f)
   return 1;
 }
 
+static double weight_of(const fitting *f, size_t i)
+{
+  return f->request->weights ? f->request->weights[i] : 1;
+}
+
 static void append_polynomials(fitting *f)
 {
   for (size_t k = 0; k < 3; k++) {
     for (size_t i = 0; i < f->request->point_count; i++) {
-      f->candidate[i] = k == 0 ? 1 : f->points[i][k - 1];
+      f->candidate[i] = weight_of(f, i) * (k == 0 ? 1 : f->points[i][k - 1]);
     }
     memset(f->combinations + f->column_count * f->capacity, 0, f->capacity * sizeof(double));
     f->combinations[f->column_count * f->capacity + k] = 1;
@@ -159,6 +164,9 @@ static void take_site(fitting *f, size_t i)
     f->order[f->site_count] = (uint32_t)i;
     for (size_t j = 0; j <= f->site_count; j++) {
       dense_axpy(n, coefficients[j], f->kernel + f->order[j] * n, f->candidate);
+    }
+    for (size_t j = 0; j < n && f->request->weights; j++) {
+      f->candidate[j] *= f->request->weights[j];
     }
     if (!append_column(f)) {
       return;
@@ -243,6 +251,14 @@ static void add_solution(const fitting *f, double *projections, double *coeffici
   }
 }
 
+static void weigh_residual(fitting *f)
+{
+  size_t const m = f->request->value_count;
+  for (size_t i = 0; i < f->request->point_count * m && f->request->weights; i++) {
+    f->residual[i] *= f->request->weights[i / m];
+  }
+}
+
 /** f->residual = values - g(points), from the coefficients: with the rounding that they will have in use. */
 static void measure_residual(fitting *f, const double *coefficients)
 {
@@ -258,6 +274,7 @@ static void measure_residual(fitting *f, const double *coefficients)
     dense_axpy(m, -f->points[i][0], polynomial + m, row);
     dense_axpy(m, -f->points[i][1], polynomial + 2 * m, row);
   }
+  weigh_residual(f);
 }
 
 /** Solve, and once more for what rounding left: sites close to each other make large coefficients. */
@@ -338,6 +355,7 @@ static exm_status fit(arena *owner, arena *scratch, const thin_plate_request *re
   TRY(prepare(scratch, request, f));
   scale_points(request, plate, f->points);
   fill_kernel(f);
+  weigh_residual(f);
   append_polynomials(f);
   TRY(choose_sites(f, report));
   plate->site_count = f->site_count;

@@ -199,6 +199,7 @@ static exm_status get_pose(source *s, const pca *shape, window *w)
   double *numbers = NULL;
   TRY(get_count(s, 0, shape->row_count - 1, "the first frame of a window", &w->first_frame));
   TRY(get_count(s, 1, shape->row_count - w->first_frame, "the number of frames of a window", &w->fitted_count));
+  TRY(get_count(s, 1, w->fitted_count, "the number of frames of a window", &w->timed_count));
   TRY(get_doubles(s, &w->memory, w->fitted_count, 2, -INFINITY, "the frames in the pose plane", &numbers));
   w->positions = (double(*)[2])(void *)numbers;
   TRY(get_pinned(s, w));

@@ -98,6 +98,7 @@ static void put_pose(sink *s, const window *w)
   const thin_plate *plate = &w->plate;
   put_count(s, w->first_frame);
   put_count(s, w->fitted_count);
+  put_count(s, w->timed_count);
   put_doubles(s, &w->positions[0][0], 2 * w->fitted_count);
   put_bytes(s, w->pinned, w->fitted_count);
   put_count(s, plate->site_count);

@@ -2,7 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "sequence/sequence.h"
+#include "sequence/shape_signal.h"
 
 /* Shares of the permitted sum of squares that are used up after the shape signal and after the pose signal: what one
  * leaves over is the next one's to use. */
@@ -22,17 +22,28 @@ static double as_squares(const exm_sequence *sequence, double diagonal, double s
   return rms * rms * count;
 }
 
-static exm_status fit_shape(const exm_sequence *sequence, const exm_sequence_fit_settings *settings, double limit,
+double plane_unit(const exm_sequence *sequence)
+{
+  return sequence->space.unit / sqrt((double)sequence->reference->vertex_count);
+}
+
+static exm_status fit_shape(exm_sequence *sequence, const exm_sequence_fit_settings *settings, double limit,
                             const progress *report, signals *fitted)
 {
-  TRY(pca_fit(&fitted->memory, sequence->frame_count, sequence->space.dimension, (const float *const *)sequence->frames,
-              settings->component_count, SHAPE_SHARE * limit, report, &fitted->shape));
+  shape_request const request = {.space = &sequence->space,
+                                 .frame_count = sequence->frame_count,
+                                 .frames = (const float *const *)sequence->frames,
+                                 .examples = settings->examples,
+                                 .example_count = settings->example_count,
+                                 .component_count = settings->component_count,
+                                 .limit = SHAPE_SHARE * limit};
+  TRY(shape_signal_fit(&fitted->memory, &request, report, &fitted->shape));
   /* Frames that are one and the same to rounding have nothing to place or to fit. */
   if (!(as_share(sequence, fitted, fitted->shape.total) > 1e-9)) {
     return status_set(EXM_ERROR_ARGUMENT, "all %zu frames have one and the same shape: there is nothing to fit",
                       sequence->frame_count);
   }
-  fitted->unit = sequence->space.unit / sqrt((double)sequence->reference->vertex_count);
+  fitted->unit = plane_unit(sequence);
   return EXM_OK;
 }
 
@@ -53,7 +64,7 @@ static void fill_report(const exm_sequence *sequence, const signals *fitted, con
   found->stress = errors->distances > 0 ? sqrt(errors->stress / errors->distances) : 0;
 }
 
-static exm_status fit(const exm_sequence *sequence, const exm_sequence_fit_settings *settings, const progress *report,
+static exm_status fit(exm_sequence *sequence, const exm_sequence_fit_settings *settings, const progress *report,
                       signals *fitted, window_errors *errors)
 {
   progress const shaping = progress_part(report, 0, 0.5), posing = progress_part(report, 0.5, 1);
@@ -65,6 +76,7 @@ static exm_status fit(const exm_sequence *sequence, const exm_sequence_fit_setti
   window_request const request = {.fitted = fitted,
                                   .first_frame = 0,
                                   .count = sequence->frame_count,
+                                  .timed_count = sequence->frame_count,
                                   .pins = &settings->pins,
                                   .site_count = settings->site_count,
                                   .control_count = settings->control_point_count,
@@ -109,6 +121,7 @@ exm_status sequence_place(exm_sequence *sequence, const exm_pins *pins, int32_t 
   window_request const request = {.fitted = fitted,
                                   .first_frame = old->first_frame,
                                   .count = old->fitted_count,
+                                  .timed_count = old->timed_count,
                                   .pins = pins,
                                   .start = (const double(*)[2])old->positions,
                                   .iterations = (size_t)iterations,

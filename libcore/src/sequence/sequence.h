@@ -9,11 +9,16 @@
 #include "sequence/shape_space.h"
 #include "sequence/time_signal.h"
 
+/* Weight of poses that were added, beside the frames' 1: the pose signal passes through them as exactly as it is large.
+ */
+static double const ADDED_POSE_WEIGHT = 1e5;
+
 /** Pose and time signals of some of the frames. */
 typedef struct window {
   arena memory; /* of everything here but the time signal, which comes and goes with edits */
   size_t first_frame;
-  size_t fitted_count;    /* n of the fit */
+  size_t fitted_count;    /* n of the fit: frames, then poses that were added */
+  size_t timed_count;     /* the frames among them, which the time signal was fitted to */
   double (*positions)[2]; /* [n] p_i */
   uint8_t *pinned;        /* [n] */
   uint32_t *sites;        /* [l] numbers of the frames they are at */
@@ -65,6 +70,7 @@ typedef struct window_request {
   const exm_pins *pins;             /* of the whole sequence */
   const double (*start)[2];         /* [count] where the scaling begins; NULL: at the first two components */
   size_t iterations;                /* of the scaling; 0: until it has settled */
+  size_t timed_count;               /* frames that the time signal is for: the first ones */
   size_t site_count, control_count; /* 0: by `limit` */
   double pose_limit, limit;         /* of the sum of squares that g, and that f and g, may leave */
 } window_request;
@@ -74,6 +80,9 @@ typedef struct window_errors {
 } window_errors;
 
 exm_status window_fit(const window_request *request, const progress *report, window *out, window_errors *errors);
+
+/** Unit of the pose plane over distances of coordinates. */
+double plane_unit(const exm_sequence *sequence);
 
 /* ------------------------------------------------------------------------------------------------------ evaluation */
 
@@ -92,6 +101,16 @@ size_t signals_frame_count(const signals *fitted);
 
 exm_status window_insert_control_point(window *w, size_t index, const double *point);
 exm_status window_delete_control_point(window *w, size_t index);
+exm_status window_resample(window *w, size_t count, const double *times);
+/** Spans first + 1 .. last once more, `times` times. */
+exm_status window_loop(window *w, size_t first, size_t last, size_t times);
+
+struct shape_map; /* sequence/shape_signal.h */
+/** The same pose and time signals in other coordinates. */
+exm_status signals_map(const signals *from, const struct shape_map *map, signals *to);
+exm_status sequence_transfer(exm_sequence *sequence, const float *source_examples, const mesh *target, int32_t kind,
+                             const float *target_examples, size_t count, exm_sequence **out);
+exm_status sequence_add_pose(exm_sequence *sequence, const float *positions, const double point[2]);
 
 /* ----------------------------------------------------------------------------------------------------------- files */
 

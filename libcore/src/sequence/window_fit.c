@@ -111,6 +111,10 @@ static exm_status place_frames(const window_request *request, arena *scratch, co
     }
   }
   TRY(set_pins(request, distances, w));
+  for (size_t i = request->timed_count; i < n && request->start; i++) { /* added poses stay unless they are moved */
+    memcpy(w->positions[i], w->pinned[i] ? w->positions[i] : start[i], sizeof *start);
+    w->pinned[i] = 1;
+  }
   if (request->start) {
     for (size_t i = 0; i < n; i++) {
       memcpy(w->positions[i], w->pinned[i] ? w->positions[i] : start[i], sizeof *start);
@@ -132,7 +136,7 @@ static double squared_error(const window_request *request, const window *w, doub
   size_t const m = w->plate.value_count;
   const double *x = request->fitted->shape.coordinates + request->first_frame * m;
   double sum = 0;
-  for (size_t i = 0; i < request->count; i++) {
+  for (size_t i = 0; i < request->timed_count; i++) {
     double point[2];
     bspline_evaluate(&w->time.curve, w->time.places[i], point, NULL);
     thin_plate_evaluate(&w->plate, point, values);
@@ -147,7 +151,7 @@ static exm_status try_curve(const window_request *request, size_t control_count,
                             double *error)
 {
   time_signal_release(&w->time);
-  TRY(time_signal_fit(w->fitted_count, (const double(*)[2])w->positions, control_count, request->fitted->is_cyclic,
+  TRY(time_signal_fit(w->timed_count, (const double(*)[2])w->positions, control_count, request->fitted->is_cyclic,
                       &w->time));
   *error = squared_error(request, w, values);
   return EXM_OK;
@@ -156,7 +160,7 @@ static exm_status try_curve(const window_request *request, size_t control_count,
 /** [SEQ, 3.3]; the number of control points by bisection where it is left to the tolerance. */
 static exm_status fit_curve(const window_request *request, arena *scratch, window *w, window_errors *errors)
 {
-  size_t const n = request->count, most = request->fitted->is_cyclic ? n : n + 2;
+  size_t const n = request->timed_count, most = request->fitted->is_cyclic ? n : n + 2;
   double *values = ARENA_NEW(scratch, double, w->plate.value_count);
   if (!values) {
     return status_no_memory("the time signal");
@@ -190,11 +194,19 @@ static exm_status fit(const window_request *request, arena *scratch, const progr
   if (!w->positions || !w->pinned || !w->sites) {
     return status_no_memory("the pose signal");
   }
+  double *weights = n > request->timed_count ? ARENA_NEW(scratch, double, n) : NULL;
+  if (n > request->timed_count && !weights) {
+    return status_no_memory("the pose signal");
+  }
+  for (size_t i = 0; weights && i < n; i++) {
+    weights[i] = i < request->timed_count ? 1 : ADDED_POSE_WEIGHT;
+  }
   TRY(place_frames(request, scratch, &placing, w, errors));
   thin_plate_request const plate = {.point_count = n,
                                     .value_count = shape->component_count,
                                     .points = (const double(*)[2])w->positions,
                                     .values = shape->coordinates + request->first_frame * shape->component_count,
+                                    .weights = weights,
                                     .site_count = request->site_count < n ? request->site_count : n,
                                     .limit = request->pose_limit,
                                     .order = w->sites};
@@ -206,7 +218,7 @@ static exm_status fit(const window_request *request, arena *scratch, const progr
 exm_status window_fit(const window_request *request, const progress *report, window *out, window_errors *errors)
 {
   arena scratch = {0};
-  window w = {.first_frame = request->first_frame, .fitted_count = request->count};
+  window w = {.first_frame = request->first_frame, .fitted_count = request->count, .timed_count = request->timed_count};
   exm_status const status = fit(request, &scratch, report, &w, errors);
   arena_release(&scratch);
   if (status < 0) {
