@@ -146,6 +146,23 @@ TEST(far_from_the_origin)
   skin_free(&s);
 }
 
+TEST(weights_of_any_sum)
+{
+  /* As eigenfunctions are: a constant, and functions of both signs. */
+  for (int place = 0; place <= 1000; place += 1000) {
+    test_about("at %d", place);
+    skin s = skin_create(500, 4, 3, place, 0.1);
+    for (size_t v = 0; v < s.V; ++v) {
+      for (size_t h = 0; h < s.H; ++h) {
+        s.weights[h * s.V + v] = (float)cos(3.14 * (double)h * (double)v / (double)s.V);
+      }
+    }
+    set_coefficients(&s, place, 1);
+    check_against_formula(&s, place ? 2e-3 : 3e-6, 1e-9);
+    skin_free(&s);
+  }
+}
+
 TEST(not_finite_is_passed_on)
 {
   skin s = skin_create(40, 2, 2, 0, 0.1);

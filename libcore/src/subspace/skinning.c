@@ -26,6 +26,9 @@ enum { LANES = 16 };
  * of 6e-8 add up to a few times that. */
 static double const LARGEST_AMPLITUDE = 8;
 
+/* Roundings of single precision over a few hundred handles. */
+static double const PARTITION_TOLERANCE = 1e-4;
+
 /* Multiplications below which waking threads costs more than it brings, some 0.3 ms of one. */
 static double const WORTH_THREADS = 4e6;
 enum { MOST_THREADS = 4 }; /* then memory is the limit */
@@ -33,6 +36,7 @@ enum { MOST_THREADS = 4 }; /* then memory is the limit */
 struct skinning {
   arena memory;
   size_t vertex_count, handle_count, exemplar_count, block_count;
+  int is_partition;            /* every vertex's weights sum to 1 */
   size_t *offsets;             /* [blocks + 1] into what follows */
   uint32_t *handles;           /* [entries] */
   float (*weights)[LANES];     /* [entries] */
@@ -154,6 +158,20 @@ static exm_status lay_exemplars(skinning *s, const float *exemplars)
   return EXM_OK;
 }
 
+static int sum_to_one(size_t vertex_count, size_t handle_count, const float *weights)
+{
+  for (size_t v = 0; v < vertex_count; v++) {
+    double sum = 0;
+    for (size_t h = 0; h < handle_count; h++) {
+      sum += (double)weights[h * vertex_count + v];
+    }
+    if (fabs(sum - 1) > PARTITION_TOLERANCE) {
+      return 0;
+    }
+  }
+  return 1;
+}
+
 exm_status skinning_create(size_t vertex_count, size_t handle_count, size_t exemplar_count, const float *weights,
                            const float *exemplars, skinning **out)
 {
@@ -166,6 +184,7 @@ exm_status skinning_create(size_t vertex_count, size_t handle_count, size_t exem
   s->handle_count = handle_count;
   s->exemplar_count = exemplar_count;
   s->block_count = (vertex_count + LANES - 1) / LANES;
+  s->is_partition = sum_to_one(vertex_count, handle_count, weights);
   exm_status status = lay_weights(s, weights);
   if (status == EXM_OK) {
     status = lay_exemplars(s, exemplars);
@@ -200,11 +219,12 @@ static void centre_image(const skinning *s, const double *coefficients, size_t h
   }
 }
 
-/* The mean of the handles' images of the centres. Far from the origin it is most of the result, and is added last. */
+/* The mean of the handles' images of the centres. Far from the origin it is most of the result, and is added last:
+ * once, which is right where weights sum to 1. Eigenfunctions do not, and have none. */
 static void find_offset(const skinning *s, const double *coefficients, float offset[3])
 {
   double sum[3] = {0}, image[3];
-  for (size_t h = 0; h < s->handle_count; h++) {
+  for (size_t h = 0; s->is_partition && h < s->handle_count; h++) {
     centre_image(s, coefficients, h, image);
     for (size_t k = 0; k < 3; k++) {
       sum[k] += image[k];
