@@ -31,6 +31,10 @@ def show_kind(item, context):
     tag_owner(item, context)
 
 
+def is_mesh(_item, obj):
+    return obj.type == "MESH"
+
+
 class HandleItem(bpy.types.PropertyGroup):
     empty: bpy.props.PointerProperty(
         name="Empty",
@@ -67,6 +71,16 @@ class HandleItem(bpy.types.PropertyGroup):
         update=tag_owner,
     )
 
+    shape: bpy.props.PointerProperty(
+        name="Shape",
+        description=(
+            "A mesh whose edges are drawn at this handle, as large as the empty. "
+            "It needs not be in the scene"
+        ),
+        type=bpy.types.Object,
+        poll=is_mesh,
+        override=OVERRIDABLE,
+    )
     # As they were at Bind: the deformer knows only these.
     bound_index: bpy.props.IntProperty(default=-1, options={"HIDDEN"}, override=OVERRIDABLE)
     bound_kind: bpy.props.IntProperty(options={"HIDDEN"}, override=OVERRIDABLE)

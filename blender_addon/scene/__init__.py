@@ -11,4 +11,6 @@ exemplars   which shape keys are used        setup      bind, unbind: all that t
 background  work in a thread              deformers  the kinds, behind one interface
 proposals   where handles are wanted         quick_rig  handles that are proposed or mirrored
 parts       connected parts of a mesh
+presets     settings under a name            influence  blend weights as colours
+figures     how fast the mesh follows
 """

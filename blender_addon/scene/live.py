@@ -13,7 +13,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..native import ExemplarError
-from . import background, bindings, results, rigs, solving
+from . import background, bindings, figures, results, rigs, solving
 
 # A stateless solve up to this long is not felt in a drag.
 STATELESS_LIMIT = 0.008
@@ -41,6 +41,7 @@ def on_depsgraph_update(scene, depsgraph):
 @persistent
 def on_load(*_):
     bindings.clear()
+    figures.forget()
 
 
 @persistent
@@ -83,6 +84,7 @@ def _edited_meshes(depsgraph):
 
 
 def _update(obj, scene, depsgraph, frame_changed, edited):
+    began = time.perf_counter()
     state = bindings.state_of(obj)
     if _is_paused(obj, state):
         return
@@ -103,6 +105,9 @@ def _update(obj, scene, depsgraph, frame_changed, edited):
         _solve_and_show(obj, state, inputs, stateless)
         state.frame_written = frame_changed and is_interactive()
         _report(state, None)
+        if figures.wanted():
+            figures.note(began, state.result.report)
+            redraw_panels()
     except ExemplarError as error:
         _report(state, error)
 

@@ -132,3 +132,13 @@ def move_modifier_first(obj, modifier):
         return
     with bpy.context.temp_override(object=obj, active_object=obj):
         bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
+
+
+# ---------------------------------------------------------------------------------------- drawing
+
+
+def flat_colour_shader(dimension):
+    """A shader of one colour for points of 2 or 3 coordinates."""
+    if bpy.app.version >= (4, 0, 0):
+        return gpu.shader.from_builtin("UNIFORM_COLOR")
+    return gpu.shader.from_builtin(f"{dimension}D_UNIFORM_COLOR")

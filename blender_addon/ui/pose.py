@@ -19,6 +19,7 @@ class EXEMPLAR_PT_pose(Section, bpy.types.Panel):
         row = layout.row(align=True)
         row.prop(rig, "live", toggle=True, icon="PLAY")
         row.operator("exemplar.update", text="", icon="FILE_REFRESH")
+        layout.menu("EXEMPLAR_MT_presets", icon="PRESET")
         column = layout.column()
         column.use_property_split = True
         column.use_property_decorate = False
