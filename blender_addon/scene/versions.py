@@ -13,12 +13,6 @@ import numpy
 POSITIONS_ARE_ATTRIBUTES = bpy.app.version >= (3, 5, 0)
 
 
-def smooth_colour_shader():
-    """Of pos and color at vertices."""
-    name = "SMOOTH_COLOR" if bpy.app.version >= (4, 0, 0) else "3D_SMOOTH_COLOR"
-    return gpu.shader.from_builtin(name)
-
-
 def set_mesh_positions(mesh, positions):
     """positions float32 [V][3], contiguous. The caller tags the mesh."""
     if POSITIONS_ARE_ATTRIBUTES:
@@ -142,3 +136,9 @@ def flat_colour_shader(dimension):
     if bpy.app.version >= (4, 0, 0):
         return gpu.shader.from_builtin("UNIFORM_COLOR")
     return gpu.shader.from_builtin(f"{dimension}D_UNIFORM_COLOR")
+
+
+def smooth_colour_shader():
+    """Of pos and color at vertices."""
+    name = "SMOOTH_COLOR" if bpy.app.version >= (4, 0, 0) else "3D_SMOOTH_COLOR"
+    return gpu.shader.from_builtin(name)
