@@ -13,11 +13,11 @@
 #include "subspace/skinning.h"
 
 #include <math.h>
-#include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/parallel.h"
 #include "base/simd.h"
 
 enum { LANES = 16 };
@@ -31,7 +31,7 @@ static double const PARTITION_TOLERANCE = 1e-4;
 
 /* Multiplications below which waking threads costs more than it brings, some 0.3 ms of one. */
 static double const WORTH_THREADS = 4e6;
-enum { MOST_THREADS = 4 }; /* then memory is the limit */
+enum { PIECES_PER_THREAD = 4 }; /* one that begins late or is interrupted leaves the rest to the others */
 
 struct skinning {
   arena memory;
@@ -363,29 +363,37 @@ SIMD_CLONES static void apply_wide_blocks(const skinning *s, const double *coeff
 
 /* -------------------------------------------------------------------------------------------------------- the whole */
 
-static int choose_threads(const skinning *s, int wanted)
+typedef struct application {
+  const skinning *skin;
+  const double *coefficients;
+  float offset[3];
+  int is_narrow;
+  size_t pieces;
+  float *positions;
+} application;
+
+static void apply_piece(void *context, size_t piece)
 {
-  double const work = (double)s->offsets[s->block_count] * (double)(9 * s->exemplar_count + 6) * LANES;
-  int const most = omp_get_max_threads() < MOST_THREADS ? omp_get_max_threads() : MOST_THREADS;
-  int const chosen = wanted > 0 ? wanted : work < WORTH_THREADS ? 1 : most;
-  return (size_t)chosen < s->block_count ? chosen : (int)s->block_count;
+  const application *a = context;
+  size_t const begin = a->skin->block_count * piece / a->pieces, end = a->skin->block_count * (piece + 1) / a->pieces;
+  if (a->is_narrow) {
+    apply_blocks(a->skin, a->offset, begin, end, a->positions);
+  } else {
+    apply_wide_blocks(a->skin, a->coefficients, begin, end, a->positions, NULL);
+  }
 }
 
 void skinning_apply(const skinning *s, const double *coefficients, int thread_count, float *positions)
 {
-  int const threads = choose_threads(s, thread_count);
-  float offset[3];
-  int const is_narrow = narrow(s, coefficients, offset);
-#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
-  for (int i = 0; i < threads; i++) {
-    size_t const begin = s->block_count * (size_t)i / (size_t)threads;
-    size_t const end = s->block_count * (size_t)(i + 1) / (size_t)threads;
-    if (is_narrow) {
-      apply_blocks(s, offset, begin, end, positions);
-    } else {
-      apply_wide_blocks(s, coefficients, begin, end, positions, NULL);
-    }
-  }
+  double const work = (double)s->offsets[s->block_count] * (double)(9 * s->exemplar_count + 6) * LANES;
+  int const threads = thread_count == 0 && work < WORTH_THREADS ? 1 : parallel_threads(thread_count);
+  size_t const pieces = threads == 1 ? 1 : (size_t)threads * PIECES_PER_THREAD;
+  application a = {.skin = s,
+                   .coefficients = coefficients,
+                   .pieces = pieces < s->block_count ? pieces : s->block_count,
+                   .positions = positions};
+  a.is_narrow = narrow(s, coefficients, a.offset);
+  parallel_for(a.pieces, threads, apply_piece, &a);
 }
 
 void skinning_apply_f64(const skinning *s, const double *coefficients, double *positions)
