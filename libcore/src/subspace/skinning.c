@@ -388,10 +388,9 @@ void skinning_apply(const skinning *s, const double *coefficients, int thread_co
   double const work = (double)s->offsets[s->block_count] * (double)(9 * s->exemplar_count + 6) * LANES;
   int const threads = thread_count == 0 && work < WORTH_THREADS ? 1 : parallel_threads(thread_count);
   size_t const pieces = threads == 1 ? 1 : (size_t)threads * PIECES_PER_THREAD;
-  application a = {.skin = s,
-                   .coefficients = coefficients,
-                   .pieces = pieces < s->block_count ? pieces : s->block_count,
-                   .positions = positions};
+  application a = {
+      .skin = s, .coefficients = coefficients, .pieces = pieces < s->block_count ? pieces : s->block_count};
+  a.positions = positions;
   a.is_narrow = narrow(s, coefficients, a.offset);
   parallel_for(a.pieces, threads, apply_piece, &a);
 }
