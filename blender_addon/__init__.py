@@ -26,6 +26,7 @@ MODULES = (
     "properties.rig",
     "properties.bake",
     "properties.display",
+    "properties.sequence",
     "operators.exemplars",
     "operators.handles",
     "operators.quick_rig",
@@ -35,6 +36,10 @@ MODULES = (
     "operators.presets",
     "operators.influence",
     "operators.bake",
+    "operators.sequence",
+    "operators.sequence_edit",
+    "operators.sequence_time",
+    "operators.sequence_shapes",
     "ui.main",
     "ui.exemplars",
     "ui.handles",
@@ -43,10 +48,13 @@ MODULES = (
     "ui.pose",
     "ui.presets",
     "ui.bake",
+    "ui.sequence",
+    "ui.pose_space",
     "ui.heat",
     "ui.display",
     "ui.handle_marks",
     "scene.live",
+    "scene.sequences.live",
 )
 
 

@@ -94,7 +94,12 @@ def make_parser():
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     bake = commands.add_parser("bake", help="solve every frame and write the result")
-    bake.add_argument("--object", required=True, metavar="NAME", help="the bound mesh object")
+    bake.add_argument(
+        "--object",
+        required=True,
+        metavar="NAME",
+        help="the bound mesh object, or one that shows a sequence",
+    )
     bake.add_argument(
         "--frames",
         type=frame_range,
@@ -171,31 +176,36 @@ def enabled_package():
 # ---------------------------------------------------------------------------------------- commands
 
 
-def list_objects(options, _addon):
+def list_objects(options, addon):
     import bpy
 
+    is_sequence = addon("scene.sequences.owners").is_owner
     rows = [
         {
             "object": obj.name,
+            "kind": "sequence" if is_sequence(obj) else "deformer",
             "scenes": [scene.name for scene in obj.users_scene],
             "handles": len(obj.exemplar.handles),
             "shape_keys": len(obj.data.shape_keys.key_blocks) if obj.data.shape_keys else 0,
         }
         for obj in bpy.data.objects
-        if obj.type == "MESH" and obj.exemplar.bound
+        if addon("scene.baking.sampling").can_be_baked(obj)
     ]
     if options.json:
         print(json.dumps(rows))
     elif not rows:
         print("No object of this file is bound.")
     for row in [] if options.json else rows:
+        if row["kind"] == "sequence":
+            print(f"{row['object']}: a sequence")
+            continue
         print(f"{row['object']}: {row['handles']} handles, {row['shape_keys']} shape keys")
     return DONE
 
 
 def bake(options, addon):
     job = addon("scene.baking.job")
-    obj, scene, view_layer = find_object(options)
+    obj, scene, view_layer = find_object(options, addon)
     start, end, step = options.frames or (scene.frame_start, scene.frame_end, 1)
     settings = job.Settings(
         format=FORMATS[options.format],
@@ -215,14 +225,14 @@ def bake(options, addon):
     return DONE
 
 
-def find_object(options):
+def find_object(options, addon):
     """(object, scene, view layer) with what the library and the file have to say against it."""
     import bpy
 
     obj = bpy.data.objects.get(options.object)
     if obj is None:
         raise Failure(NO_OBJECT, f"The file has no object '{options.object}'")
-    if obj.type != "MESH" or not obj.exemplar.bound:
+    if not addon("scene.baking.sampling").can_be_baked(obj):
         raise Failure(NO_OBJECT, f"'{obj.name}' is not bound")
     if options.scene:
         scenes = [scene for scene in obj.users_scene if scene.name == options.scene]

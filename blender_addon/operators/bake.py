@@ -8,7 +8,8 @@ import bpy
 from ..native import ExemplarError
 from ..properties.bake import BakeOptions
 from ..scene import rigs, status
-from ..scene.baking import job, playback
+from ..scene.baking import job, playback, sampling
+from ..scene.sequences import owners
 from .base import ExemplarOperator, why_linked, why_not_bound
 
 # How long one turn may take before the window gets to draw and to hear Esc.
@@ -26,12 +27,16 @@ class EXEMPLAR_OT_bake(BakeOptions, ExemplarOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     @classmethod
+    def subject(cls, context):
+        return _subject(context)
+
+    @classmethod
     def why_not(cls, context, obj):
-        return why_not_bound(obj) or why_linked(obj) or _why_not_object_mode(context)
+        return _why_not_moved(obj) or why_linked(obj) or _why_not_object_mode(context)
 
     def invoke(self, context, _event):
         """From the panel: its settings, in turns, so that the window stays alive."""
-        settings = rigs.active_rig(context).exemplar_bake
+        settings = self.subject(context).exemplar_bake
         for name in BakeOptions.__annotations__:
             if not self.properties.is_property_set(name):
                 setattr(self, name, getattr(settings, name))
@@ -72,7 +77,7 @@ class EXEMPLAR_OT_bake(BakeOptions, ExemplarOperator, bpy.types.Operator):
         return finished
 
     def _begin(self, context):
-        obj, scene = rigs.active_rig(context), context.scene
+        obj, scene = self.subject(context), context.scene
         start, end = self.frame_start, self.frame_end
         if self.use_scene_range:
             start, end = scene.frame_start, scene.frame_end
@@ -100,7 +105,7 @@ class EXEMPLAR_OT_bake(BakeOptions, ExemplarOperator, bpy.types.Operator):
         except StopIteration as stop:
             return self._succeed(context, stop.value)
         except ExemplarError as error:
-            return self.fail(rigs.active_rig(context), error)
+            return self.fail(self.subject(context), error)
         self._show(
             context,
             f"Baking frame {progress.frame}, {progress.done} of {progress.total}. Esc cancels",
@@ -109,7 +114,7 @@ class EXEMPLAR_OT_bake(BakeOptions, ExemplarOperator, bpy.types.Operator):
         return None
 
     def _succeed(self, context, result):
-        status.forget(rigs.active_rig(context))
+        status.forget(self.subject(context))
         self.report({"INFO"}, result.message)
         return {"FINISHED"}
 
@@ -132,11 +137,24 @@ class EXEMPLAR_OT_bake_remove(ExemplarOperator, bpy.types.Operator):
     )
 
     @classmethod
+    def subject(cls, context):
+        return _subject(context)
+
+    @classmethod
     def why_not(cls, context, obj):
-        return why_not_bound(obj) or why_linked(obj) or _why_not_object_mode(context)
+        return _why_not_moved(obj) or why_linked(obj) or _why_not_object_mode(context)
 
     def run(self, _context, obj):
         playback.remove(obj)
+
+
+def _subject(context):
+    """The sequence whose mesh or pose space is active, or a rig."""
+    return owners.active(context) or rigs.active_rig(context)
+
+
+def _why_not_moved(obj):
+    return "" if sampling.can_be_baked(obj) else why_not_bound(obj)
 
 
 def _why_not_object_mode(context):

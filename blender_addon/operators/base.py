@@ -12,8 +12,18 @@ class ExemplarOperator:
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
+    def subject(cls, context):
+        """The object that the operator is about, or None."""
+        return rigs.active_rig(context)
+
+    @classmethod
+    def why_no_subject(cls):
+        return "Select a mesh, or one of its handles"
+
+    @classmethod
     def poll(cls, context):
-        reason = why_no_rig(context) or cls.why_not(context, rigs.active_rig(context))
+        obj = cls.subject(context)
+        reason = cls.why_no_subject() if obj is None else cls.why_not(context, obj)
         if reason:
             cls.poll_message_set(reason)
         return not reason
@@ -23,7 +33,7 @@ class ExemplarOperator:
         return ""
 
     def execute(self, context):
-        obj = rigs.active_rig(context)
+        obj = self.subject(context)
         try:
             self.run(context, obj)
         except ExemplarError as error:
@@ -37,12 +47,6 @@ class ExemplarOperator:
             status.remember(obj, error)
         self.report({"ERROR"}, str(error))
         return {"CANCELLED"}
-
-
-def why_no_rig(context):
-    if rigs.active_rig(context) is None:
-        return "Select a mesh, or one of its handles"
-    return ""
 
 
 def why_not_bound(obj):

@@ -6,7 +6,7 @@ import time
 import bpy
 
 from ..native import ExemplarError
-from ..scene import background, bindings, live, rigs, status
+from ..scene import background, bindings, live, status
 from .base import ExemplarOperator
 
 # Looking around is harmless while one runs.
@@ -42,7 +42,7 @@ class ThreadedOperator(ExemplarOperator):
     def invoke(self, context, _event):
         if bpy.app.background:
             return self.execute(context)
-        obj = rigs.active_rig(context)
+        obj = self.subject(context)
         self._name = bindings.owner_name(obj)
         self._job = None
         self._preparation = self.prepare(context, obj)

@@ -9,10 +9,10 @@ nothing reads. It needs no Python, moves nothing, and does not make the mesh be 
 PATH = "exemplar.follow"
 
 
-def follow(shown, empties):
+def follow(shown, empties, path=PATH):
     """`shown` is the object that shows the result. An earlier driver is replaced."""
-    unfollow(shown)
-    driver = shown.driver_add(PATH).driver
+    unfollow(shown, path)
+    driver = shown.driver_add(path).driver
     driver.type = "SUM"
     for empty in empties:
         variable = driver.variables.new()
@@ -21,8 +21,8 @@ def follow(shown, empties):
         variable.targets[0].transform_space = "WORLD_SPACE"
 
 
-def unfollow(shown):
-    shown.driver_remove(PATH)
+def unfollow(shown, path=PATH):
+    shown.driver_remove(path)
     animation = shown.animation_data
     if animation and not (animation.action or animation.drivers or animation.nla_tracks):
         shown.animation_data_clear()

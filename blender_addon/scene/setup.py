@@ -40,7 +40,7 @@ def commit(obj, gathered, deformer, warnings):
     bindings.rigs.forget()
     bindings.install(obj, gathered, deformer, warnings)
     follow.follow(results.shown_object(obj), [item.empty for item in rig.handles])
-    return _lock_interface(obj) + [sentence for sentence, _ in warnings]
+    return lock_interface(obj) + [sentence for sentence, _ in warnings]
 
 
 def _place_empties(obj, gathered, keep_pose):
@@ -63,7 +63,7 @@ def _place_empties(obj, gathered, keep_pose):
             item.empty.matrix_world = matrix
 
 
-def _lock_interface(obj):
+def lock_interface(obj):
     """A render has a thread of its own; the viewport must not draw a mesh that it is writing."""
     unlocked = [scene for scene in obj.users_scene if not scene.render.use_lock_interface]
     for scene in unlocked:

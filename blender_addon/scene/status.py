@@ -31,6 +31,11 @@ def forget(obj):
     _last_errors.pop(bindings.owner_name(obj), None)
 
 
+def last_error(obj):
+    """The ExemplarError of the last operator that failed on an object, or None."""
+    return _last_errors.get(bindings.owner_name(obj))
+
+
 def library_problem():
     """Why there is no native library, or "". Panels ask at every redraw, the disk is asked less."""
     global _library_checked

@@ -138,6 +138,13 @@ def flat_colour_shader(dimension):
     return gpu.shader.from_builtin(f"{dimension}D_UNIFORM_COLOR")
 
 
+def line_shader():
+    """Lines of any width; uniforms color, lineWidth, viewportSize."""
+    if bpy.app.version >= (4, 0, 0):
+        return gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
+    return gpu.shader.from_builtin("3D_POLYLINE_UNIFORM_COLOR")
+
+
 def smooth_colour_shader():
     """Of pos and color at vertices."""
     name = "SMOOTH_COLOR" if bpy.app.version >= (4, 0, 0) else "3D_SMOOTH_COLOR"

@@ -4,6 +4,7 @@
 import bpy
 
 from ..scene import rigs, status
+from ..scene.sequences import owners
 from .text import sentence
 
 
@@ -20,11 +21,17 @@ class Section(SidebarPanel):
 
     @classmethod
     def poll(cls, context):
-        return rigs.active_rig(context) is not None and not status.library_problem()
+        is_rig = rigs.active_rig(context) is not None and owners.active(context) is None
+        return is_rig and not status.library_problem()
 
 
 class EXEMPLAR_PT_main(SidebarPanel, bpy.types.Panel):
     bl_label = "Exemplar"
+
+    @classmethod
+    def poll(cls, context):
+        # A sequence has a panel of its own.
+        return owners.active(context) is None
 
     def draw(self, context):
         layout = self.layout

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 
 from .. import exemplars, fingerprint, meshes, results, versions
-from . import curves, mdd, pc2, playback, shape_keys, weights
+from . import curves, mdd, pc2, playback, sampling, shape_keys, weights
 from .errors import SettingsError
 
 EXTENSIONS = {"PC2": ".pc2", "MDD": ".mdd"}
@@ -70,7 +70,7 @@ class FileBaker(Baker):
             stored = default_path(self.obj, self.settings)
             playback.play_file(self.obj, stored, self.settings.format, self.frames)
         if self.settings.stop_live:
-            self.obj.exemplar.live = False
+            sampling.set_live(self.obj, False)
         return f"Baked {len(self.frames)} frames to {self.path}"
 
 
@@ -164,6 +164,10 @@ def check_keys(obj):
 def weight_keys(obj):
     """The shape keys whose values a bake of weights animates: the exemplars but the Basis."""
     keys = obj.data.shape_keys
+    if keys is None:
+        raise SettingsError(
+            f"{obj.name} has no shape keys to give values to: bake it to a file, or to shape keys"
+        )
     # A deformer without exemplars can be written as values of keys all the same.
     names = fingerprint.names(obj) or exemplars.enabled_names(obj)
     bound = [keys.key_blocks[name] for name in names]

@@ -8,8 +8,7 @@ so closing the generator at any time, or an error, leaves the file and the scene
 from contextlib import closing
 from dataclasses import dataclass
 
-from .. import solving
-from . import bakers
+from . import bakers, sampling
 from .errors import SettingsError
 from .frames import frame_numbers, walk
 
@@ -54,14 +53,15 @@ def run(obj, scene, view_layer, settings):
         raise SettingsError(f"There is no format {settings.format}")
     numbers = frame_numbers(settings.start, settings.end, settings.step)
     unconverged = []
+    sample_at = sampling.sampler(obj)
     with FORMATS[settings.format](obj, scene, settings, numbers) as baker:
         with closing(walk(scene, numbers)) as frames:
             for done, frame in enumerate(frames, start=1):
-                solved = solving.solve(obj, view_layer.depsgraph, stateless=True)
-                if not solved.report.converged:
+                sample = sample_at(view_layer.depsgraph)
+                if not sample.converged:
                     unconverged.append(frame)
-                    cap = solved.report.iterations
-                baker.add(solved.positions)
+                    cap = sample.iterations
+                baker.add(sample.positions)
                 yield Progress(frame, done, len(numbers))
         message = baker.finish()
     # The new animation or modifier has not been evaluated yet.

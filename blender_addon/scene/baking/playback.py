@@ -4,7 +4,7 @@
 import json
 
 from .. import bindings, exemplars, results, versions
-from . import curves, mesh_cache, shape_keys
+from . import curves, mesh_cache, sampling, shape_keys
 
 # On the Key data-block: names of the keys that a bake muted.
 MUTED = "exemplar_muted"
@@ -21,7 +21,7 @@ def play_keys(obj, shown, blocks):
     Live would show its result on top; other keys that count would be added; a Mesh Cache of an
     earlier bake would hide it all.
     """
-    obj.exemplar.live = False
+    sampling.set_live(obj, False)
     _restore_muted(shown)
     _mute_others(obj, shown, {block.name for block in blocks})
     _clear_result_key(obj)
@@ -57,7 +57,7 @@ def remove(obj):
         shape_keys.remove(shown)
     exemplars.sync(obj)
     _show_result_again(obj)
-    obj.exemplar.live = True
+    sampling.set_live(obj, True)
 
 
 # -------------------------------------------------------------------------------------------- keys
