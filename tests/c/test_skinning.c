@@ -9,13 +9,14 @@ typedef struct skin {
   float *weights, *exemplars; /* [H][V], [S][V][3] */
   double *coefficients;       /* [H][1 + 3 S][3] */
   double size;
+  int is_partition; /* weights sum to 1, but for rounding */
 } skin;
 
 /* Handles along a line, each with a say in its neighbourhood; exemplars in a unit box around `where`, that differ by
  * `difference`. */
 static skin skin_create(size_t V, size_t H, size_t S, double where, double difference)
 {
-  skin s = {V, H, S, test_array(H * V, sizeof(float)), test_array(S * V * 3, sizeof(float)), NULL, 1};
+  skin s = {V, H, S, test_array(H * V, sizeof(float)), test_array(S * V * 3, sizeof(float)), NULL, 1, 1};
   test_random random = {V + 7 * H + S};
   for (size_t v = 0; v < V; ++v) {
     double const at = H > 1 ? (double)v / (double)V * (double)(H - 1) : 0;
@@ -67,6 +68,10 @@ static double *by_formula(const skin *s)
   double *out = test_array(3 * s->V, sizeof *out);
   size_t const rows = 1 + 3 * s->S;
   for (size_t v = 0; v < s->V; ++v) {
+    double sum = 0;
+    for (size_t h = 0; h < s->H; ++h) {
+      sum += (double)s->weights[h * s->V + v];
+    }
     for (size_t k = 0; k < 3; ++k) {
       double total = 0;
       for (size_t h = 0; h < s->H; ++h) {
@@ -77,7 +82,7 @@ static double *by_formula(const skin *s)
         }
         total += (double)s->weights[h * s->V + v] * image;
       }
-      out[3 * v + k] = total;
+      out[3 * v + k] = s->is_partition ? total / sum : total;
     }
   }
   return out;
@@ -157,10 +162,33 @@ TEST(weights_of_any_sum)
         s.weights[h * s.V + v] = (float)cos(3.14 * (double)h * (double)v / (double)s.V);
       }
     }
+    s.is_partition = 0;
     set_coefficients(&s, place, 1);
     check_against_formula(&s, place ? 2e-3 : 3e-6, 1e-9);
     skin_free(&s);
   }
+}
+
+/* A shift of all that is handed over shifts the result, in double precision to its own rounding. */
+TEST(a_shift_is_not_diluted_by_rounded_weights)
+{
+  skin s = skin_create(500, 5, 3, 0, 0.1);
+  set_coefficients(&s, 0, 1);
+  skinning *made = NULL;
+  double *before = test_array(3 * s.V, sizeof *before), *after = test_array(3 * s.V, sizeof *after);
+  REQUIRE(skinning_create(s.V, s.H, s.S, s.weights, s.exemplars, &made) == EXM_OK);
+  skinning_apply_f64(made, s.coefficients, before);
+  for (size_t h = 0; h < s.H; ++h) {
+    s.coefficients[h * (1 + 3 * s.S) * 3] += 1e6;
+  }
+  skinning_apply_f64(made, s.coefficients, after);
+  for (size_t v = 0; v < s.V; ++v) {
+    CHECK_NEAR(after[3 * v] - before[3 * v], 1e6, 1e-8);
+  }
+  skinning_destroy(made);
+  free(before);
+  free(after);
+  skin_free(&s);
 }
 
 TEST(not_finite_is_passed_on)

@@ -15,7 +15,7 @@ typedef struct skinning skinning;
 /**
  * Lay weights and exemplars out for skinning_apply.
  *
- * weights    [H][V] finite; zeros cost nothing
+ * weights    [H][V] finite; zeros cost nothing; where a vertex's sum to 1 but for rounding they are scaled to do so
  * exemplars  [S][V][3] finite
  * out        NULL on failure; release with skinning_destroy
  *
@@ -29,9 +29,9 @@ exm_status skinning_create(size_t vertex_count, size_t handle_count, size_t exem
  * thread_count  0: chosen
  * positions     [V][3] out
  *
- * In single precision, exemplars as differences from the first, as long as that is good for 1e-6 of the exemplars'
- * size; coefficients so large that it is not are applied in double precision. The result does not depend on the number
- * of threads or the kind of processor.
+ * In single precision, about the centres of blocks of neighbours, where that is good for 1e-6 of the exemplars' size;
+ * blocks in which coefficients are too large for that are done in double precision. The result does not depend on the
+ * number of threads or the kind of processor.
  */
 void skinning_apply(const skinning *skin, const double *coefficients, int thread_count, float *positions);
 
