@@ -6,11 +6,13 @@
 //                    displacements of handles f64 [frames][H][3]; each array after an int64 count of its numbers
 //
 // "bind" answers the seconds from nothing to the end of preprocess(), "iterate" those of one iteration on the next
-// frame, from where the last one ended.
+// frame, from where the last one ended. "solve ITERATIONS TOLERANCE FILE" answers those of a solve for the first frame
+// from the reference, and writes the positions, f64 [V][3], to FILE.
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/Surface_mesh_deformation.h>
 #include <memory>
+#include <sstream>
 #include <string>
 
 #include "worker.hpp"
@@ -83,6 +85,27 @@ static void set_targets(const Input &input, std::size_t frame, Deformation &defo
   }
 }
 
+static double solve(const Input &input, const Mesh &mesh, Deformation &deformation, const std::string &words)
+{
+  std::istringstream arguments(words);
+  unsigned iterations = 0;
+  double tolerance = 0;
+  std::string path;
+  arguments >> iterations >> tolerance >> path;
+  deformation.reset();
+  set_targets(input, 0, deformation);
+  double const start = worker::now();
+  deformation.deform(iterations, tolerance);
+  double const seconds = worker::now() - start;
+  std::ofstream file(path, std::ios::binary);
+  for (Vertex v : mesh.vertices()) {
+    Kernel::Point_3 const point = mesh.point(v);
+    double const coordinates[3] = {point.x(), point.y(), point.z()};
+    file.write(reinterpret_cast<const char *>(coordinates), sizeof coordinates);
+  }
+  return seconds;
+}
+
 int main(int argc, char **argv)
 try {
   if (argc != 2) {
@@ -100,6 +123,10 @@ try {
       double const start = worker::now();
       auto const other = bind(input, copy);
       worker::answer(worker::now() - start);
+      continue;
+    }
+    if (command.rfind("solve ", 0) == 0) {
+      worker::answer(solve(input, mesh, *deformation, command.substr(6)));
       continue;
     }
     set_targets(input, frame++ % frames, *deformation);

@@ -155,19 +155,21 @@ static void swap(rigidity_solver *solver)
 }
 
 /* next: positions after solver->now, and their energy. A mixed step that has more energy than there was is given up for
- * the plain one, which has not. */
-static exm_status step(rigidity_solver *solver, const rigidity_problem *problem, const double *targets,
-                       int has_acceleration)
+ * the plain one, which has not. Sets *is_mixed. */
+static exm_status step(rigidity_solver *solver, const rigidity_problem *problem, const double *targets, int *is_mixed)
 {
   rigidity_state *now = &solver->now, *next = &solver->next;
   size_t const bytes = 3 * problem->s->around.vertex_count * sizeof(double);
+  int const wants_mixed = *is_mixed;
+  *is_mixed = 0;
   TRY(place(solver, problem, now, targets, solver->image));
-  if (has_acceleration) {
+  if (wants_mixed) {
     memcpy(next->positions, now->positions, bytes);
     anderson_mix(&solver->mixing, solver->image, next->positions);
     if (solver->mixing.count > 0) {
       solver_fit(solver, problem, next);
       if (next->energy <= now->energy) {
+        *is_mixed = 1;
         return EXM_OK;
       }
       anderson_reset(&solver->mixing);
@@ -189,28 +191,29 @@ exm_status solver_run(rigidity_solver *solver, const rigidity_problem *problem, 
   memcpy(solver->next.positions, solver->image, 3 * problem->s->around.vertex_count * sizeof(double));
   solver_fit(solver, problem, &solver->next);
   anderson_reset(&solver->mixing);
+  int is_mixed = 0;
   for (;;) {
     double const before = solver->now.energy, after = solver->next.energy;
     int const is_first = report->iterations == 0;
     if (is_first && !isfinite(after)) {
       return status_set(EXM_ERROR_NUMERIC, "targets: the deformation they ask for is too large for numbers to hold");
     }
-    if (!is_first && !(after <= before)) {
-      report->converged = options->tolerance > 0; /* only rounding moves it */
-      break;
+    int const is_stuck = !is_first && !(after <= before); /* only rounding moves it */
+    if (!is_stuck) {
+      swap(solver);
+      record(report, after);
     }
-    swap(solver);
-    record(report, after);
-    if (after <= ROUNDING * rest || (!is_first && before - after <= options->tolerance * before)) {
+    int const is_small = !is_first && before - after <= options->tolerance * before;
+    if (is_stuck || after <= ROUNDING * rest || (options->tolerance > 0 && is_small && !is_mixed)) {
       report->converged = options->tolerance > 0;
-      if (options->tolerance > 0 || after <= ROUNDING * rest) {
-        break;
-      }
+      break;
     }
     if (report->iterations >= options->iterations) {
       break;
     }
-    TRY(step(solver, problem, targets, options->has_acceleration));
+    /* A mixed step may gain little and open the way for more: it is a plain one that says whether this is the end. */
+    is_mixed = options->has_acceleration && !(options->tolerance > 0 && is_small);
+    TRY(step(solver, problem, targets, &is_mixed));
   }
   report->objective = report->elastic_energy = solver->now.energy;
   return EXM_OK;
