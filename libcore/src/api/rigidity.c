@@ -168,7 +168,7 @@ exm_status exm_rigidity_solve(exm_deformer *deformer, const double *targets,
   TRY(check_solve_settings(&own, deformer->info.vertex_count));
   TRY(check_targets(deformer, targets));
   TRY(report_begin(&found, report));
-  rigidity_start const from = {.kind = (exm_start)own.start, .positions = own.positions};
+  rigidity_start const from = {.kind = (exm_start)own.start, .positions = own.positions, .coarse = own.coarse_start};
   rigidity_options const options = {.tolerance = own.tolerance,
                                     .iterations = own.iterations ? own.iterations : chosen_iterations(&own),
                                     .has_acceleration = own.acceleration,

@@ -48,7 +48,8 @@ static exm_status reach_create(const rings *around, const int32_t *radii, int32_
   return balls_create(&out->memory, around, out->radii, report, out->counts, &out->balls);
 }
 
-/* What a solver works on belongs to the deformer's parts. The states hold their disc rotations in the system. */
+/* What a solver works on belongs to the deformer's parts. The states hold their disc rotations in the system. Coarser
+ * levels follow at the next solve that asks for them. */
 static void connect(rigidity_deformer *deformer)
 {
   deformer->solver.now.disc_rotations = deformer->system.disc_rotations[0];
@@ -83,6 +84,10 @@ static exm_status bind(rigidity_deformer *deformer, const rigidity_request *requ
   TRY(progress_report(&request->report, 0.5, "factoring"));
   TRY(system_create(&deformer->edges, &deformer->handles, &deformer->pattern, deformer->reach.counts, NULL,
                     &deformer->system));
+  if (rigidity_deformer_is_large(deformer)) {
+    TRY(progress_report(&request->report, 0.9, "coarsening"));
+    TRY(rigidity_deformer_coarsen(deformer));
+  }
   TRY(progress_report(&request->report, 1, "bound"));
   connect(deformer);
   deformer->base.info.bind_seconds = clock_seconds() - start;
@@ -107,6 +112,13 @@ exm_status rigidity_deformer_bind(const rigidity_request *request, exm_deformer 
   return EXM_OK;
 }
 
+static void forget_coarse(rigidity_deformer *deformer)
+{
+  coarse_destroy(deformer->coarse);
+  deformer->coarse = NULL;
+  deformer->has_coarse = 0;
+}
+
 exm_status rigidity_deformer_set_radii(rigidity_deformer *deformer, const int32_t *radii, int32_t radius,
                                        const progress *report)
 {
@@ -126,6 +138,7 @@ exm_status rigidity_deformer_set_radii(rigidity_deformer *deformer, const int32_
     arena_release(&reach.memory);
     return status;
   }
+  forget_coarse(deformer);
   system_destroy(&deformer->system);
   arena_release(&deformer->reach.memory);
   deformer->system = system;
@@ -152,6 +165,7 @@ exm_status rigidity_deformer_set_handles(rigidity_deformer *deformer, const exm_
     held_destroy(&own);
     return status;
   }
+  forget_coarse(deformer);
   system_destroy(&deformer->system);
   held_destroy(&deformer->handles);
   deformer->system = system;

@@ -5,7 +5,11 @@
 #include <omp.h>
 #include <string.h>
 
-enum { MOST_THREADS = 8, WORTH_A_THREAD = 2000 /* vertices: fewer are done before a thread has woken up */ };
+enum {
+  MOST_THREADS = 8,
+  WORTH_A_THREAD = 2000, /* vertices: fewer are done before a thread has woken up */
+  LARGE = 5000           /* vertices: stateless solves begin coarse */
+};
 
 static rigidity_problem problem_of(rigidity_deformer *deformer)
 {
@@ -24,8 +28,46 @@ static int choose_threads(const rigidity_deformer *deformer, int wanted)
   return (size_t)chosen < most ? chosen : (int)most;
 }
 
+int rigidity_deformer_is_large(const rigidity_deformer *deformer)
+{
+  return deformer->base.info.vertex_count >= LARGE;
+}
+
+exm_status rigidity_deformer_coarsen(rigidity_deformer *deformer)
+{
+  coarse_source const fine = {.s = &deformer->edges,
+                              .positions = (const double(*)[3])deformer->reference.positions,
+                              .radii = deformer->reach.radii,
+                              .h = &deformer->handles};
+  if (!deformer->has_coarse) {
+    TRY(coarse_create(&fine, &deformer->coarse));
+    deformer->has_coarse = 1;
+  }
+  return EXM_OK;
+}
+
+/* The identity, or what a coarser mesh says. */
+static exm_status begin_stateless(rigidity_deformer *deformer, const rigidity_problem *problem, const double *targets,
+                                  int coarse)
+{
+  rigidity_state *next = &deformer->solver.next;
+  solver_identity(problem, next->rotations, next->disc_rotations);
+  if (coarse == 0 || (coarse < 0 && !rigidity_deformer_is_large(deformer))) {
+    return EXM_OK;
+  }
+  TRY(rigidity_deformer_coarsen(deformer));
+  if (deformer->coarse) {
+    TRY(coarse_start(deformer->coarse, targets, deformer->base.info.vertex_count, next->rotations));
+    for (size_t d = 0; d < problem->h->disc_count; d++) {
+      next->disc_rotations[d] = next->rotations[problem->h->disc_vertices[problem->h->disc_offsets[d]]];
+    }
+  }
+  return EXM_OK;
+}
+
 /* Rotations to begin with, in solver.next: the last result stays until there is another. */
-static void begin(rigidity_deformer *deformer, const rigidity_problem *problem, const rigidity_start *start)
+static exm_status begin(rigidity_deformer *deformer, const rigidity_problem *problem, const double *targets,
+                        const rigidity_start *start)
 {
   size_t const V = deformer->base.info.vertex_count;
   const rigidity_state *now = &deformer->solver.now;
@@ -39,8 +81,9 @@ static void begin(rigidity_deformer *deformer, const rigidity_problem *problem, 
     memcpy(next->rotations, now->rotations, V * sizeof *next->rotations);
     memcpy(next->disc_rotations, now->disc_rotations, problem->h->disc_count * sizeof *next->disc_rotations);
   } else {
-    solver_identity(problem, next->rotations, next->disc_rotations);
+    return begin_stateless(deformer, problem, targets, start->coarse);
   }
+  return EXM_OK;
 }
 
 /* Largest distance of a held handle's centre from its target. Fixed vertices are where they are told to be: their
@@ -70,7 +113,7 @@ exm_status rigidity_deformer_solve(rigidity_deformer *deformer, const double *ta
 {
   rigidity_problem const problem = problem_of(deformer);
   deformer->solver.thread_count = choose_threads(deformer, options->thread_count);
-  begin(deformer, &problem, start);
+  TRY(begin(deformer, &problem, targets, start));
   TRY(solver_run(&deformer->solver, &problem, targets, options, report));
   deformer->base.has_result = 1;
   report->constraint_residual = residual(deformer, targets);
@@ -145,6 +188,7 @@ static void positions_f64(const exm_deformer *deformer, double *out)
 static void release(exm_deformer *base)
 {
   rigidity_deformer *deformer = (rigidity_deformer *)base;
+  coarse_destroy(deformer->coarse);
   system_destroy(&deformer->system);
   held_destroy(&deformer->handles);
   arena_release(&deformer->reach.memory);

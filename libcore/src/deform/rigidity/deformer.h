@@ -6,6 +6,7 @@
 
 #include "base/progress.h"
 #include "deform/deformer.h"
+#include "deform/rigidity/coarse.h"
 #include "deform/rigidity/solver.h"
 
 typedef struct rigidity_reach {
@@ -24,6 +25,8 @@ typedef struct rigidity_deformer {
   rigidity_reach reach;
   held handles;
   rigidity_system system;
+  coarse_level *coarse; /* NULL: none, or not yet */
+  int has_coarse;       /* whether it has been looked for */
   rigidity_solver solver;
 } rigidity_deformer;
 
@@ -46,7 +49,13 @@ exm_status rigidity_deformer_set_handles(rigidity_deformer *deformer, const exm_
 typedef struct rigidity_start {
   exm_start kind;
   const float *positions;
+  int coarse; /* 0: never, 1: always, -1: for meshes that are large enough */
 } rigidity_start;
+
+/** Levels of regions for stateless starts, where they are not there yet. */
+exm_status rigidity_deformer_coarsen(rigidity_deformer *deformer);
+/** Whether a mesh is large enough to have them ready at the first solve. */
+int rigidity_deformer_is_large(const rigidity_deformer *deformer);
 
 exm_status rigidity_deformer_solve(rigidity_deformer *deformer, const double *targets, const rigidity_start *start,
                                    const rigidity_options *options, exm_solve_report *report);
