@@ -107,7 +107,8 @@ void solver_fit(rigidity_solver *solver, const rigidity_problem *problem, rigidi
     energy += solver->partial[i];
   }
   gain = fit_discs(solver, problem, state->disc_rotations);
-  state->energy = fmax(0, energy - 2 * gain);
+  energy -= 2 * gain;
+  state->energy = energy < 0 ? 0 : energy; /* where it is not a number it stays none */
 }
 
 /* ------------------------------------------------------------------------------------------------------- global step
