@@ -195,23 +195,29 @@ TEST(the_order_of_vertices_does_not_matter)
   }
 }
 
-static rigid large_bar(int32_t radius)
+static rigid long_bar(size_t length, int32_t radius)
 {
-  rigid r = rigid_new(zoo_bar(60, 20), radius);
+  rigid r = rigid_new(zoo_bar(length, 20), radius);
   fixture_handle_near(r.f, EXM_HANDLE_ORIENTED, 0, 0.1, 0.1, 1);
   fixture_handle_near(r.f, EXM_HANDLE_PINNED, 0.4, 0.1, 0.1, 1);
   fixture_handle_near(r.f, EXM_HANDLE_ORIENTED, 1, 0.1, 0.1, 1);
   return r;
 }
 
+static rigid large_bar(int32_t radius)
+{
+  return long_bar(60, radius);
+}
+
+/* Enough vertices for two threads to be used. */
 TEST(threads_give_the_same_bits)
 {
   for (int32_t radius = 1; radius < 5; radius += 3) {
-    rigid r = large_bar(radius);
+    rigid r = long_bar(260, radius);
     REQUIRE(rigid_bind(&r));
     double *targets = rigid_bend(&r, 0.7), *alone = NULL;
     for (int32_t threads = 1; threads < 4; ++threads) {
-      exm_rigidity_solve_settings settings = rigid_settings(0, 12);
+      exm_rigidity_solve_settings settings = rigid_settings(0, 6);
       settings.thread_count = threads;
       double *positions = rigid_solve(&r, targets, &settings, NULL);
       CHECK(!alone || memcmp(alone, positions, 3 * r.f->vertex_count * sizeof *alone) == 0);

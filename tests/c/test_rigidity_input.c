@@ -312,7 +312,7 @@ static void check_any_mesh(const zoo_mesh *shape, int32_t radius, double handle_
   }
   double size = 0;
   for (size_t i = 0; i < 3 * V; ++i) {
-    size = fmax(size, fabs((double)shape->positions[0][i]));
+    size = fmax(size, fabs((double)shape->positions[i / 3][i % 3]));
   }
   exm_deformer *deformer = NULL;
   exm_status const status = exm_rigidity_create(m, &handles, &settings, NULL, NULL, &deformer);

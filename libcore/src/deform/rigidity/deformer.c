@@ -7,8 +7,8 @@
 
 enum {
   MOST_THREADS = 8,
-  WORTH_A_THREAD = 2000, /* vertices: fewer are done before a thread has woken up */
-  LARGE = 5000           /* vertices: stateless solves begin coarse */
+  WORTH_A_THREAD = 20000, /* vertices: with fewer, threads wait for each other for longer than they work */
+  LARGE = 5000            /* vertices: stateless solves begin coarse */
 };
 
 static rigidity_problem problem_of(rigidity_deformer *deformer)

@@ -9,44 +9,50 @@
 #include "deform/rigidity/spokes.h"
 #include "mesh/areas.h"
 
-enum { PIECE = 512, MOST_THREADS = 8 };
+/* Poses are dealt out to lanes, each with room of its own; lanes are added in order, so that sums do not depend on how
+ * many threads there are. A round is what is done between two reports of progress. */
+enum { LANES = 4, ROUND = 4, MOST_THREADS = 4 };
+
+typedef struct lane {
+  double *positions; /* [V][3] */
+  row12 *moments, *sums, *rotations;
+  double *gains;
+  double *energies; /* [range][V] */
+} lane;
 
 typedef struct learner {
   const learn_request *request;
   arena memory;
   spokes edges;
-  size_t range;      /* radii to choose from */
-  set_sums *balls;   /* [range + 1] of radius_min and up: one more, for the areas */
-  double *areas;     /* [range][V] A(k, r) */
-  double *energies;  /* [range][V] */
-  double *positions; /* [V][3] */
-  double *ones;      /* [V] */
-  row12 *moments, *sums, *rotations;
-  double *gains;
-  int thread_count;
+  size_t range;    /* radii to choose from */
+  set_sums *balls; /* [range + 1] of radius_min and up: one more, for the areas */
+  double *areas;   /* [range][V] A(k, r) */
+  double *ones;    /* [V] */
+  lane lanes[LANES];
 } learner;
 
 static exm_status allocate(learner *l)
 {
   size_t const V = l->request->reference->vertex_count;
   l->range = (size_t)(l->request->radius_max - l->request->radius_min) + 1;
-  l->balls = ARENA_NEW(&l->memory, set_sums, l->range + 1);
   if (V > SIZE_MAX / sizeof(double) / l->range) {
     return status_no_memory("the poses' energies");
   }
+  l->balls = ARENA_NEW(&l->memory, set_sums, l->range + 1);
   l->areas = ARENA_NEW(&l->memory, double, l->range *V);
-  l->energies = ARENA_NEW(&l->memory, double, l->range *V);
-  l->positions = ARENA_NEW(&l->memory, double, 3 * V);
   l->ones = ARENA_NEW(&l->memory, double, V);
-  l->moments = ARENA_NEW(&l->memory, row12, V);
-  l->sums = ARENA_NEW(&l->memory, row12, V);
-  l->rotations = ARENA_NEW(&l->memory, row12, V);
-  l->gains = ARENA_NEW(&l->memory, double, V);
-  if (!l->balls || !l->areas || !l->energies || !l->positions || !l->ones || !l->moments || !l->sums || !l->rotations ||
-      !l->gains) {
-    return status_no_memory("the poses' energies");
+  int is_there = l->balls && l->areas && l->ones;
+  for (int i = 0; i < LANES; i++) {
+    lane *own = &l->lanes[i];
+    own->positions = ARENA_NEW(&l->memory, double, 3 * V);
+    own->moments = ARENA_NEW(&l->memory, row12, V);
+    own->sums = ARENA_NEW(&l->memory, row12, V);
+    own->rotations = ARENA_NEW(&l->memory, row12, V);
+    own->gains = ARENA_NEW(&l->memory, double, V);
+    own->energies = ARENA_NEW(&l->memory, double, l->range *V);
+    is_there = is_there && own->positions && own->moments && own->sums && own->rotations && own->gains && own->energies;
   }
-  return EXM_OK;
+  return is_there ? EXM_OK : status_no_memory("the poses' energies");
 }
 
 /* Numbers that are summed over balls beside the moments: the first row's fourth. */
@@ -59,19 +65,20 @@ static double *beside(row12 *row)
 static void find_areas(learner *l)
 {
   const mesh *m = l->request->reference;
-  double *own = l->gains, total = 0;
-  mesh_voronoi_areas(m, own);
+  lane *room = &l->lanes[0];
+  double total = 0;
+  mesh_voronoi_areas(m, room->gains);
   for (size_t v = 0; v < m->vertex_count; v++) {
-    l->moments[v] = (row12){0};
-    *beside(&l->moments[v]) = own[v];
-    total += own[v];
+    room->moments[v] = (row12){0};
+    *beside(&room->moments[v]) = room->gains[v];
+    total += room->gains[v];
   }
   /* Triangles that are points have none; nothing is divided by it then but an energy of zero. */
   double const smallest = 1e-12 * total / (double)m->vertex_count;
   for (size_t r = 0; r < l->range; r++) {
-    set_sums_apply(&l->balls[r + 1], l->thread_count, l->moments, l->sums);
+    set_sums_apply(&l->balls[r + 1], 1, room->moments, room->sums);
     for (size_t v = 0; v < m->vertex_count; v++) {
-      l->areas[r * m->vertex_count + v] = fmax(*beside(&l->sums[v]), smallest);
+      l->areas[r * m->vertex_count + v] = fmax(*beside(&room->sums[v]), smallest);
     }
   }
 }
@@ -97,41 +104,60 @@ static exm_status prepare(learner *l)
   return EXM_OK;
 }
 
-static size_t piece_end(const learner *l, size_t begin)
-{
-  size_t const V = l->edges.around.vertex_count;
-  return begin + PIECE < V ? begin + PIECE : V;
-}
-
 /* Moments of one pose, and beside them what a neighbourhood's energy is before its rotation takes something off. */
-static void find_moments(learner *l, const float *pose)
+static void find_moments(const learner *l, const float *pose, lane *own)
 {
   size_t const V = l->edges.around.vertex_count;
   for (size_t i = 0; i < 3 * V; i++) {
-    l->positions[i] = (double)pose[i];
+    own->positions[i] = (double)pose[i];
   }
-#pragma omp parallel for num_threads(l->thread_count) schedule(static) if (l->thread_count > 1)
-  for (size_t begin = 0; begin < V; begin += PIECE) {
-    for (size_t v = begin; v < piece_end(l, begin); v++) {
-      double const stretch = spokes_moments(&l->edges, v, v + 1, l->positions, l->ones, l->moments);
-      *beside(&l->moments[v]) = stretch + l->edges.rest[v];
+  for (size_t v = 0; v < V; v++) {
+    double const stretch = spokes_moments(&l->edges, v, v + 1, own->positions, l->ones, own->moments);
+    *beside(&own->moments[v]) = stretch + l->edges.rest[v];
+  }
+}
+
+static void add_energies(const learner *l, size_t r, lane *own)
+{
+  size_t const V = l->edges.around.vertex_count;
+  double const share = 1.0 / (double)l->request->pose_count;
+  set_sums_apply(&l->balls[r], 1, own->moments, own->sums);
+  fit_rotations(own->sums, 0, V, own->rotations, own->gains);
+  for (size_t v = 0; v < V; v++) {
+    double const energy = fmax(0, *beside(&own->sums[v]) - 2 * own->gains[v]);
+    own->energies[r * V + v] += share * energy / l->areas[r * V + v];
+  }
+}
+
+/* The poses first, first + LANES, ... below last. */
+static void measure_poses(const learner *l, size_t first, size_t last, lane *own)
+{
+  for (size_t pose = first; pose < last; pose += LANES) {
+    find_moments(l, l->request->poses + 3 * l->edges.around.vertex_count * pose, own);
+    for (size_t r = 0; r < l->range; r++) {
+      add_energies(l, r, own);
     }
   }
 }
 
-static void add_energies(learner *l, size_t r)
+static exm_status measure(learner *l)
 {
-  size_t const V = l->edges.around.vertex_count;
-  double const share = 1.0 / (double)l->request->pose_count;
-  set_sums_apply(&l->balls[r], l->thread_count, l->moments, l->sums);
-#pragma omp parallel for num_threads(l->thread_count) schedule(static) if (l->thread_count > 1)
-  for (size_t begin = 0; begin < V; begin += PIECE) {
-    fit_rotations(l->sums, begin, piece_end(l, begin), l->rotations, l->gains);
-    for (size_t v = begin; v < piece_end(l, begin); v++) {
-      double const energy = fmax(0, *beside(&l->sums[v]) - 2 * l->gains[v]);
-      l->energies[r * V + v] += share * energy / l->areas[r * V + v];
+  size_t const V = l->request->reference->vertex_count, M = l->request->pose_count;
+  int const processors = omp_get_max_threads() < MOST_THREADS ? omp_get_max_threads() : MOST_THREADS;
+  for (size_t begin = 0; begin < M; begin += (size_t)LANES * ROUND) {
+    size_t const end = begin + (size_t)LANES * ROUND < M ? begin + (size_t)LANES * ROUND : M;
+    TRY(progress_report(&l->request->report, 0.2 + 0.8 * (double)begin / (double)M, "measuring poses"));
+#pragma omp parallel for num_threads(processors) schedule(static, 1)
+    for (size_t i = 0; i < LANES; i++) {
+      measure_poses(l, begin + i, end, &l->lanes[i]);
     }
   }
+  for (int i = 1; i < LANES; i++) {
+    for (size_t e = 0; e < l->range * V; e++) {
+      l->lanes[0].energies[e] += l->lanes[i].energies[e];
+    }
+  }
+  return progress_report(&l->request->report, 1, "measuring poses");
 }
 
 /* argmin_r E_ARAP(k, r) + omega (r_max - r); stiffer where that makes no difference. */
@@ -141,7 +167,7 @@ static void choose(const learner *l, int32_t *radii)
   for (size_t v = 0; v < V; v++) {
     double best = INFINITY;
     for (size_t r = 0; r < l->range; r++) {
-      double const cost = l->energies[r * V + v] + l->request->omega * (double)(l->range - 1 - r);
+      double const cost = l->lanes[0].energies[r * V + v] + l->request->omega * (double)(l->range - 1 - r);
       if (cost <= best) {
         best = cost;
         radii[v] = l->request->radius_min + (int32_t)r;
@@ -152,28 +178,19 @@ static void choose(const learner *l, int32_t *radii)
 
 static exm_status learn(learner *l)
 {
-  size_t const V = l->request->reference->vertex_count, M = l->request->pose_count;
   TRY(allocate(l));
   TRY(prepare(l));
-  for (size_t pose = 0; pose < M; pose++) {
-    TRY(progress_report(&l->request->report, 0.2 + 0.8 * (double)pose / (double)M, "measuring poses"));
-    find_moments(l, l->request->poses + 3 * V * pose);
-    for (size_t r = 0; r < l->range; r++) {
-      add_energies(l, r);
-    }
-  }
-  return progress_report(&l->request->report, 1, "measuring poses");
+  return measure(l);
 }
 
 exm_status rigidity_learn(const learn_request *request, int32_t *radii, double *energies)
 {
-  learner l = {.request = request,
-               .thread_count = omp_get_max_threads() < MOST_THREADS ? omp_get_max_threads() : MOST_THREADS};
+  learner l = {.request = request};
   exm_status const status = learn(&l);
   if (status == EXM_OK) {
     choose(&l, radii);
     if (energies) {
-      memcpy(energies, l.energies, l.range * request->reference->vertex_count * sizeof *energies);
+      memcpy(energies, l.lanes[0].energies, l.range * request->reference->vertex_count * sizeof *energies);
     }
   }
   arena_release(&l.memory);
