@@ -12,7 +12,15 @@ import support
 os.environ.setdefault("EXEMPLAR_LIBRARY", str(support.LIBRARY))
 sys.path.insert(0, str(support.ROOT / "blender_addon"))
 
-from native import Handles, Kind, Mesh, Rigidity, RigiditySettings  # noqa: E402,F401
+from native import (  # noqa: E402,F401
+    Handles,
+    Kind,
+    Mesh,
+    Rigidity,
+    RigiditySettings,
+    learn_radii,
+    radius_energies,
+)
 
 
 def cotangent_weights(positions, triangles):

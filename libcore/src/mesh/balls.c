@@ -176,7 +176,7 @@ static exm_status sort_entries(arena *owner, const builder *b, set_sums *s)
     s->rows.starts[list + 1] += s->rows.starts[list];
   }
   const uint32_t *from = b->entries;
-  for (size_t t = 0; t < s->count; t++) {
+  for (size_t t = 0; t < s->count && from; t++) {
     const uint32_t *starts = s->rows.starts + 2 * (size_t)s->order[t];
     memcpy(s->rows.entries + starts[0], from, (starts[2] - starts[0]) * sizeof *from);
     from += starts[2] - starts[0];

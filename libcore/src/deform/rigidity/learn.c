@@ -11,7 +11,7 @@
 
 /* Poses are dealt out to lanes, each with room of its own; lanes are added in order, so that sums do not depend on how
  * many threads there are. A round is what is done between two reports of progress. */
-enum { LANES = 4, ROUND = 4, MOST_THREADS = 4 };
+enum { LANES = 4, ROUND = 4 };
 
 typedef struct lane {
   double *positions; /* [V][3] */
@@ -140,14 +140,13 @@ static void measure_poses(const learner *l, size_t first, size_t last, lane *own
   }
 }
 
-static exm_status measure(learner *l)
+static exm_status measure(learner *l, int threads)
 {
   size_t const V = l->request->reference->vertex_count, M = l->request->pose_count;
-  int const processors = omp_get_max_threads() < MOST_THREADS ? omp_get_max_threads() : MOST_THREADS;
   for (size_t begin = 0; begin < M; begin += (size_t)LANES * ROUND) {
     size_t const end = begin + (size_t)LANES * ROUND < M ? begin + (size_t)LANES * ROUND : M;
     TRY(progress_report(&l->request->report, 0.2 + 0.8 * (double)begin / (double)M, "measuring poses"));
-#pragma omp parallel for num_threads(processors) schedule(static, 1)
+#pragma omp parallel for num_threads(threads) schedule(static, 1) if (threads > 1)
     for (size_t i = 0; i < LANES; i++) {
       measure_poses(l, begin + i, end, &l->lanes[i]);
     }
@@ -180,7 +179,7 @@ static exm_status learn(learner *l)
 {
   TRY(allocate(l));
   TRY(prepare(l));
-  return measure(l);
+  return measure(l, omp_get_max_threads() < LANES ? omp_get_max_threads() : LANES);
 }
 
 exm_status rigidity_learn(const learn_request *request, int32_t *radii, double *energies)
