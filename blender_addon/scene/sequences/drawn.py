@@ -12,6 +12,8 @@ from .. import meshes, versions
 from . import plane, retiming, setup, store, syncing
 
 FEWEST = 3  # shape keys
+# Of a new shape to another mark, as a share of the plane's extent.
+NEAREST = 1e-3
 
 
 def from_keys(obj, names, settings, frame_count, scene):
@@ -41,6 +43,7 @@ def from_keys(obj, names, settings, frame_count, scene):
     owner = _new_owner(obj, poses[0], scene)
     setup.make_sequence(owner, sequence, report, scene)
     data = owner.exemplar_sequence
+    data.data[syncing.DRAWN] = 1
     data.source = obj
     data.summary = f"{len(poses)} poses of '{obj.name}', {frame_count} frames"
     _play(owner, scene.frame_start, frame_count)
@@ -97,7 +100,7 @@ def draw(owner, curve, frame_count, control_point_count, context):
     except ExemplarError as error:
         raise ExemplarError(f"The curve cannot be animated along: {error}.") from error
     syncing.show_curve(owner, state)
-    store.text_of(owner)[syncing.FITTED] = state.sequence.control_points().tobytes()
+    store.text_of(owner)[syncing.DRAWN] = 1
     _play(owner, owner.exemplar_sequence.first_frame, frame_count)
     store.keep(owner, state)
 
@@ -158,6 +161,17 @@ def loop(owner, start, end, count):
 # ------------------------------------------------------------------------------------------- shapes
 
 
+def _check_free(marks, point):
+    """A place has one shape, and two places side by side would tear the shapes between them."""
+    distances = numpy.linalg.norm(marks - numpy.asarray(point, numpy.float32), axis=1)
+    nearest = int(distances.argmin())
+    if distances[nearest] < NEAREST * plane.extent(marks):
+        raise ExemplarError(
+            f"The playhead is on mark {nearest}, which has a shape already. Move it away, to where "
+            "the new shape is to be."
+        )
+
+
 def add_shape(owner, positions, point):
     """Put a shape into the pose space, at a place in the plane."""
     state = store.ensure(owner)
@@ -166,9 +180,10 @@ def add_shape(owner, positions, point):
             f"The shape has {len(positions)} vertices, the sequence "
             f"{state.sequence.info.vertex_count}."
         )
-    _, pinned = plane.read_marks(
+    marks, pinned = plane.read_marks(
         owner.exemplar_sequence.marks, state.sequence.window().fitted_frame_count
     )
+    _check_free(marks, point)
     try:
         state.sequence.add_pose(positions, point)
     except ExemplarError as error:

@@ -60,6 +60,11 @@ def paused_by(owner):
 def check(owner, vertex_count):
     """Raise ExemplarError where the mesh cannot show the sequence."""
     mesh = owner.data
+    if owner.library is not None:
+        raise ExemplarError(
+            f"'{owner.name}' is linked and keeps the shape that its file was saved with. Make a "
+            "library override of it, and it follows."
+        )
     if len(mesh.vertices) != vertex_count:
         raise ExemplarError(
             f"The mesh of '{owner.name}' has {len(mesh.vertices)} vertices and its sequence "

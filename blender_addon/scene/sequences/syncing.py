@@ -18,6 +18,8 @@ ITERATIONS_IN_HAND = 12
 # On the text: the control points of the last fit, float64 [k][2]. What the artist has added to them
 # is kept when a mark is moved.
 FITTED = "exemplar_fitted"
+# There as well: the curve was drawn, not fitted, and stays as it is when a mark is moved.
+DRAWN = "exemplar_drawn"
 
 
 def sync(owner, state, in_hand=False):
@@ -78,15 +80,10 @@ def _pins(places, pinned):
 def _place(owner, state, pins, iterations, pinned=None, moved=()):
     """Pin, relax, fit anew; then show where everything is."""
     data = owner.exemplar_sequence
-    added = _added_by_hand(owner, state)
-    try:
-        state.sequence.place(pins, iterations)
-    except ExemplarError as error:
-        raise ExemplarError(f"The frames cannot be placed like that: {error}.") from error
-    fitted = state.sequence.control_points()
-    store.text_of(owner)[FITTED] = fitted.tobytes()
-    if added.any():
-        state.sequence.move_control_points(0, fitted + added)
+    if store.text_of(owner).get(DRAWN):
+        _place_under_curve(state.sequence, pins, iterations)
+    else:
+        _place_and_fit(owner, state, pins, iterations)
     marks = numpy.float32(state.sequence.marks()[0])
     if pinned is None:
         pinned = plane.read_marks(data.marks, len(marks))[1]
@@ -94,6 +91,34 @@ def _place(owner, state, pins, iterations, pinned=None, moved=()):
     state.marks = marks
     show_curve(owner, state)
     store.touch(state, shapes=True)
+
+
+def _place_under_curve(sequence, pins, iterations):
+    """The drawn curve stays, with its frames at an even pace."""
+    points, knots, frame_count = (
+        sequence.control_points(),
+        sequence.knots(),
+        sequence.info.frame_count,
+    )
+    _place_natively(sequence, pins, iterations)
+    sequence.draw(points, frame_count, knots)
+
+
+def _place_and_fit(owner, state, pins, iterations):
+    """The curve is fitted to the frames where they are now; what was added to it by hand stays."""
+    added = _added_by_hand(owner, state)
+    _place_natively(state.sequence, pins, iterations)
+    fitted = state.sequence.control_points()
+    store.text_of(owner)[FITTED] = fitted.tobytes()
+    if added.any():
+        state.sequence.move_control_points(0, fitted + added)
+
+
+def _place_natively(sequence, pins, iterations):
+    try:
+        sequence.place(pins, iterations)
+    except ExemplarError as error:
+        raise ExemplarError(f"The frames cannot be placed like that: {error}.") from error
 
 
 def _added_by_hand(owner, state):
@@ -179,7 +204,10 @@ def reset_curve(owner, state):
     data = owner.exemplar_sequence
     if plane_is_whole(owner):
         marks, _ = plane.read_marks(data.marks, len(marks))
+    frame_count = state.sequence.info.frame_count
     state.sequence.place(_pins(marks, numpy.ones(len(marks), bool)))
+    if store.text_of(owner).get(DRAWN):
+        state.sequence.draw(state.sequence.control_points(), frame_count)
     store.text_of(owner)[FITTED] = state.sequence.control_points().tobytes()
     state.marks = numpy.float32(state.sequence.marks()[0])
     if data.curve is not None:
