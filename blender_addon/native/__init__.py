@@ -15,6 +15,7 @@ from .blended import Blended, BlendedBinding, BlendedInfo, BlendedOutcome, Blend
 from .declarations import (
     ABI_VERSION,
     RADIUS_MAX,
+    UNSEEN,
     Begin,
     Blend,
     DeformerKind,
@@ -32,7 +33,15 @@ from .errors import ExemplarError, LibraryError
 from .handles import Handles, bounded_biharmonic
 from .library import library, library_path, library_version
 from .mesh import Mesh, MeshReport
+from .registration import (
+    MatchReport,
+    Registration,
+    ScanFitReport,
+    ScanFitSettings,
+    ScanMatches,
+)
 from .rigidity import Rigidity, RigiditySettings, learn_radii, radius_energies
+from .scan import Scan, ScanReport
 from .sequence import FileReport, FitReport, Sequence, SequenceInfo, SequenceWindow
 from .weights import eigenfunctions
 
@@ -60,11 +69,18 @@ __all__ = (
     "Handles",
     "Kind",
     "LibraryError",
+    "MatchReport",
     "Mesh",
     "MeshReport",
     "RADIUS_MAX",
+    "Registration",
     "Rigidity",
     "RigiditySettings",
+    "Scan",
+    "ScanFitReport",
+    "ScanFitSettings",
+    "ScanMatches",
+    "ScanReport",
     "Sequence",
     "SequenceInfo",
     "SequenceWindow",
@@ -72,6 +88,7 @@ __all__ = (
     "SolveReport",
     "Start",
     "Status",
+    "UNSEEN",
     "bounded_biharmonic",
     "eigenfunctions",
     "learn_radii",

@@ -70,6 +70,8 @@ typedef int32_t exm_status;
 #define EXM_WARNING_EXEMPLARS 3       /* exemplars that add nothing, or are turned inside out */
 #define EXM_WARNING_UNDERDETERMINED 4 /* the constraints leave a turn or the scale open; it is as in the reference */
 #define EXM_WARNING_CONTRADICTORY 5   /* constraints that cannot hold together; they are met in least squares */
+#define EXM_WARNING_FIT 6             /* a fit that is doubtful: low quality, or landmarks that contradict each other */
+#define EXM_WARNING_AMBIGUOUS 7       /* two correspondences fit about as well */
 /* Errors: nothing changed. */
 #define EXM_ERROR_ARGUMENT (-1)      /* an argument is NULL, out of range, not finite, or of a mismatched size */
 #define EXM_ERROR_OUT_OF_MEMORY (-2) /* an allocation failed, or a size does not fit in memory */
@@ -90,7 +92,9 @@ typedef enum exm_element {
   EXM_ELEMENT_VERTEX = 1,
   EXM_ELEMENT_FACE = 2,
   EXM_ELEMENT_HANDLE = 3,
-  EXM_ELEMENT_EXEMPLAR = 4
+  EXM_ELEMENT_EXEMPLAR = 4,
+  EXM_ELEMENT_LANDMARK = 5,
+  EXM_ELEMENT_POINT = 6 /* of a scan */
 } exm_element;
 
 /** The element at fault, so that a user interface can select it. kind and index may be NULL. */
@@ -975,6 +979,249 @@ EXM_API exm_status exm_sequence_save(const exm_sequence *sequence, const char *p
  * Errors: EXM_ERROR_IO (not such a file, another version, cut short, damaged), EXM_ERROR_OUT_OF_MEMORY.
  */
 EXM_API exm_status exm_sequence_load(const char *path, exm_sequence_file_report *report, exm_sequence **out);
+
+/* ------------------------------------------------------------------------------------------------------------ scan */
+
+/** What a registration fits to: a triangle mesh of any connectivity, or a cloud of points; whole or with holes, in one
+ *  piece or several, of any scale, anywhere. Holds an index of nearest points, normals and boundaries. */
+typedef struct exm_scan exm_scan;
+
+/** In place of an index: nothing there corresponds. */
+#define EXM_UNSEEN UINT32_MAX
+
+typedef struct exm_scan_settings {
+  size_t struct_size;
+  const uint32_t *triangles; /* [F][3] 0-based; NULL: a cloud of points. Repeated corners are passed over */
+  size_t triangle_count;
+  const float *normals;  /* [P][3] of any length, zero where unknown; NULL: from triangles, or estimated from
+                            `neighbor_count` nearest points, and then of unknown sign */
+  size_t neighbor_count; /* default 12, at least 4; more for noise */
+} exm_scan_settings;
+
+EXM_API void exm_scan_settings_init(exm_scan_settings *settings);
+
+/**
+ * A scan from arrays, which are copied.
+ *
+ * points    [P][3] finite, at least 4, of some extent
+ * settings  NULL: a cloud of points
+ * out       NULL on failure; release with exm_scan_destroy
+ *
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_TOPOLOGY (an index out of range), EXM_ERROR_OUT_OF_MEMORY.
+ */
+EXM_API exm_status exm_scan_create(const float *points, size_t point_count, const exm_scan_settings *settings,
+                                   exm_scan **out);
+
+/** The same from a file: OBJ, PLY, OFF or STL. A file without faces is a cloud. Also EXM_ERROR_IO. */
+EXM_API exm_status exm_scan_read(const char *path, exm_scan **out);
+
+EXM_API void exm_scan_destroy(exm_scan *scan);
+
+typedef struct exm_scan_report {
+  size_t struct_size;
+  size_t point_count;
+  size_t triangle_count;
+  size_t boundary_point_count; /* points at the rim of the scan: there it was cut off, the surface goes on */
+  int32_t signed_normals;      /* 1: normals point outward, by triangles or as given; 0: of unknown sign */
+  double diagonal;             /* of the bounding box */
+  double spacing;              /* root mean square distance of points from their nearest neighbours */
+} exm_scan_report;
+
+EXM_API void exm_scan_report_init(exm_scan_report *report);
+EXM_API exm_status exm_scan_get_report(const exm_scan *scan, exm_scan_report *report);
+
+/** points [P][3], triangles [F][3], normals [P][3] of length 1 or 0, boundary [P] 0 or 1; each may be NULL. */
+EXM_API exm_status exm_scan_get_arrays(const exm_scan *scan, float *points, uint32_t *triangles, float *normals,
+                                       uint8_t *boundary);
+
+/** The scan's point nearest to each of the queries [count][3] finite: indices [count] out, distances [count] out;
+ * either may be NULL. */
+EXM_API exm_status exm_scan_nearest(const exm_scan *scan, const double *queries, size_t count, uint32_t *indices,
+                                    double *distances);
+
+/* ---------------------------------------------------------------------------------------------------- registration */
+
+/**
+ * A mesh and its exemplars, ready to be fitted to scans [Blended, section 5, from "Automatic feature point
+ * correspondence" on]: create once, fit many scans.
+ */
+typedef struct exm_registration exm_registration;
+
+/**
+ * mesh       the shape that is fitted
+ * exemplars  [S][V][3] finite; poses that span what the scan may show. Where they lie and how they are turned does not
+ *            matter
+ * settings   of the dictionary, as for exm_blended_create; `dimension` is not looked at. NULL for the defaults
+ * progress   may be NULL
+ * out        NULL on failure; release with exm_registration_destroy. The mesh need not live
+ *
+ * Returns and errors: as for exm_blended_create.
+ */
+EXM_API exm_status exm_registration_create(const exm_mesh *mesh, const float *exemplars, size_t exemplar_count,
+                                           const exm_blended_bind_settings *settings, exm_progress progress, void *user,
+                                           exm_registration **out);
+
+EXM_API void exm_registration_destroy(exm_registration *registration);
+
+/**
+ * Points of the scan that are known on the mesh.
+ *
+ * vertices  [count] of the mesh, distinct
+ * points    [count][3] finite; on the scan or close to it
+ * weights   [count] >= 0; NULL: all 1. Those of weight 0 are not looked at
+ */
+typedef struct exm_landmarks {
+  size_t count;
+  const uint32_t *vertices;
+  const double *points;
+  const double *weights;
+} exm_landmarks;
+
+typedef struct exm_registration_match_settings {
+  size_t struct_size;
+  int32_t scale;      /* 1: unknown, default; 0: that of the exemplars times known_scale */
+  double known_scale; /* default 1; > 0 */
+  double margin;      /* default 0.2: below this relative margin the answer comes with a warning */
+} exm_registration_match_settings;
+
+EXM_API void exm_registration_match_settings_init(exm_registration_match_settings *settings);
+
+typedef struct exm_registration_match_report {
+  size_t struct_size;
+  double energy;      /* of the assignment found, [Blended, eq. 12] */
+  double second;      /* of the next best one; infinite where there is none */
+  double margin;      /* (second - energy) / second: 0 ambiguous, 1 certain */
+  int32_t mirrored;   /* 1: the next best is a mirror image: it differs by a left-right flip of the whole set */
+  size_t permissible; /* assignments there are */
+  size_t solved;      /* those whose energy was computed; the rest were excluded by bounds */
+  double seconds;
+} exm_registration_match_report;
+
+EXM_API void exm_registration_match_report_init(exm_registration_match_report *report);
+
+/**
+ * Which landmark is which [Blended, 5, figure 3]: among all permissible assignments of points to vertices the one whose
+ * pose has the least deformation energy. Branch and bound: an assignment begun is given up where the distances between
+ * its points already cost more than a whole one that was found.
+ *
+ * landmarks  at least 4, in any assignment
+ * groups     [count]: points of landmarks with one and the same label 0 or above may change places; below 0: certain
+ * settings   NULL for the defaults
+ * progress   may be NULL
+ * order      [count] out: the point of vertices[i] is points[order[i]]
+ * second     [count] out, the next best assignment; may be NULL
+ * report     may be NULL
+ *
+ * Returns EXM_WARNING_AMBIGUOUS where the margin is below settings.margin: show both to the user.
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_UNCONSTRAINED (fewer than four points, or all on a line), EXM_ERROR_CANCELLED,
+ * EXM_ERROR_OUT_OF_MEMORY, EXM_ERROR_NUMERIC.
+ */
+EXM_API exm_status exm_registration_match(exm_registration *registration, const exm_landmarks *landmarks,
+                                          const int32_t *groups, const exm_registration_match_settings *settings,
+                                          exm_progress progress, void *user, uint32_t *order, uint32_t *second,
+                                          exm_registration_match_report *report);
+
+/* Lengths in shares are of the mesh's size: the root of the area of its reference, times the scale that is found. */
+typedef struct exm_registration_fit_settings {
+  size_t struct_size;
+  int32_t scale;       /* 1: unknown, default; 0: that of the exemplars times known_scale */
+  double known_scale;  /* default 1; > 0 */
+  int32_t start;       /* exm_start; default EXM_START_STATELESS: from the landmarks. EXM_START_WARM: from the last fit,
+                          for sequences of scans; landmarks may then be few or none */
+  double disc_radius;  /* default 0.15, a share: landmarks are averages over geodesic discs of up to this radius on
+                          mesh and scan [Blended, 5], as far as the scan is whole there; 0: points */
+  size_t disc_count;   /* default 10; at least 1 */
+  int32_t iterations;  /* of non-rigid ICP; default 24; 0: landmarks only */
+  size_t sample_count; /* vertices, and as many points of the scan, that ICP looks at; default 1500 */
+  double reach;        /* default 0.15, a share: correspondences farther apart are rejected, at first; the reach
+                          shrinks to what residuals say */
+  double max_angle;    /* default 60 degrees: normals that differ by more do not correspond */
+  double tightness; /* default 1, > 0: how much the scan's points count in the end, beside the deformation's energy */
+  double landmark_share; /* default 0.1, >= 0: how much landmarks count in the end, beside the scan's points */
+  int32_t finish;        /* 1, default: every vertex moves by itself at last, as rigidly as possible, towards the scan
+                            where it is seen; 0: the pose stays in the dictionary's span */
+  double detail;         /* default 1, > 0: how much seen points count in the finish, beside rigidity. Less for noise */
+  int32_t thread_count;  /* 0: chosen. The result is the same for any */
+} exm_registration_fit_settings;
+
+EXM_API void exm_registration_fit_settings_init(exm_registration_fit_settings *settings);
+
+typedef struct exm_registration_fit_report {
+  size_t struct_size;
+  double quality;  /* 0..1: share of the scan that the shape explains, before the finish: points that lie within 0.02 (a
+                      share) of it and agree in normal. Below 0.5 the fit comes with a warning: the scan shows something
+                      else, or landmarks are wrong */
+  double scale;    /* of the result against the exemplars */
+  size_t exemplar; /* the one that rigidity was measured against in the end */
+  double seen;     /* share of the mesh's area that has a counterpart on the scan */
+  double residual; /* root mean square distance of the scan's points from the surface, of those that correspond; in the
+                      caller's unit */
+  double landmark_residual; /* root mean square distance of landmarks after the fit */
+  size_t worst_landmark;    /* index of the one that fits worst */
+  double worst_residual;    /* its distance */
+  double energy;            /* [Blended, eq. 13] of the pose, per area, without unit: how far it is from any exemplar */
+  int32_t iterations;
+  int32_t converged; /* 1: correspondences had settled before the cap */
+  double seconds;
+  double start_seconds, icp_seconds, finish_seconds, match_seconds; /* its parts */
+} exm_registration_fit_report;
+
+EXM_API void exm_registration_fit_report_init(exm_registration_fit_report *report);
+
+/**
+ * Fit the mesh to a scan [Blended, 5, "Shape completion and registration"]: the pose in the exemplars' space that meets
+ * the landmarks, then non-rigid ICP over the dictionary, then the finish.
+ *
+ * landmarks  at least three that count and are not on a line, unless the start is warm; NULL: none
+ * settings   NULL for the defaults
+ * progress   may be NULL. While it is called exm_registration_positions gives the shape so far
+ * report     may be NULL
+ *
+ * Returns EXM_WARNING_FIT where the result is doubtful, with a sentence that says why: low quality, or a landmark that
+ * contradicts all others.
+ * Errors: EXM_ERROR_ARGUMENT (a landmark out of range, not finite, far outside of the scan), EXM_ERROR_UNCONSTRAINED
+ * (too few landmarks, or on a line), EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY, EXM_ERROR_NUMERIC. On failure the
+ * last fit stays.
+ */
+EXM_API exm_status exm_registration_fit(exm_registration *registration, const exm_scan *scan,
+                                        const exm_landmarks *landmarks, const exm_registration_fit_settings *settings,
+                                        exm_progress progress, void *user, exm_registration_fit_report *report);
+
+/** The fitted shape, [V][3]; the reference before the first fit. */
+EXM_API exm_status exm_registration_positions(const exm_registration *registration, float *positions);
+
+/** For every vertex of the mesh the scan's point that it corresponds to, or EXM_UNSEEN: points [V] out; and its
+ * distance from the scan's surface, NaN where unseen: distances [V] out. Either may be NULL. */
+EXM_API exm_status exm_registration_vertex_matches(const exm_registration *registration, uint32_t *points,
+                                                   float *distances);
+
+/**
+ * For every point of the scan that was fitted last the place on the mesh that it corresponds to. Each may be NULL.
+ *
+ * vertices     [P] out: the nearest vertex, or EXM_UNSEEN
+ * triangles    [P] out: the triangle, or EXM_UNSEEN
+ * barycentric  [P][3] out: weights of its corners
+ * distances    [P] out: distance from the fitted surface, of unseen points as well
+ */
+EXM_API exm_status exm_registration_scan_matches(const exm_registration *registration, uint32_t *vertices,
+                                                 uint32_t *triangles, float *barycentric, float *distances);
+
+/** Distances of the last fit's landmarks from their points, [count] in their order; NaN for those of weight 0. */
+EXM_API exm_status exm_registration_landmark_residuals(const exm_registration *registration, double *residuals);
+
+typedef struct exm_registration_info {
+  size_t struct_size;
+  size_t vertex_count;
+  size_t exemplar_count;
+  size_t atom_count;     /* of the richest dictionary */
+  size_t point_count;    /* of the last fit's scan; 0 before */
+  size_t landmark_count; /* of the last fit; 0 before */
+  double size;           /* the root of the reference's area: what shares of lengths are of */
+  double create_seconds;
+} exm_registration_info;
+
+EXM_API void exm_registration_info_init(exm_registration_info *info);
+EXM_API exm_status exm_registration_get_info(const exm_registration *registration, exm_registration_info *info);
 
 #ifdef __cplusplus
 }

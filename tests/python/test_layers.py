@@ -20,7 +20,18 @@ BELOW = {
     "subspace": {"mesh", "numeric", "linalg", "base"},
     "deform": {"weights", "subspace", "mesh", "numeric", "linalg", "base"},
     "sequence": {"weights", "subspace", "mesh", "numeric", "linalg", "base"},
-    "api": {"sequence", "deform", "weights", "subspace", "mesh", "numeric", "linalg", "base"},
+    "registration": {"deform", "weights", "subspace", "mesh", "numeric", "linalg", "base"},
+    "api": {
+        "registration",
+        "sequence",
+        "deform",
+        "weights",
+        "subspace",
+        "mesh",
+        "numeric",
+        "linalg",
+        "base",
+    },
 }
 
 # Third-party headers and the one file that may see them.

@@ -5,7 +5,18 @@ One file a noun of the header. Each has its structures and a table FUNCTIONS {na
 *arguments)}; a new noun is a file of its own and a line in NOUNS.
 """
 
-from . import amrap, blended, common, deformer, handles, mesh, rigidity, sequence, weights
+from . import (
+    amrap,
+    blended,
+    common,
+    deformer,
+    handles,
+    mesh,
+    registration,
+    rigidity,
+    sequence,
+    weights,
+)
 from .amrap import Blend, CAmrapBindSettings, CAmrapSolveSettings, Descent
 from .blended import (
     Begin,
@@ -20,6 +31,17 @@ from .common import ABI_VERSION, Element, Progress, Status, initialised
 from .deformer import CDeformerInfo, CSolveReport, DeformerKind, Start
 from .handles import CHandles, Kind
 from .mesh import CMeshReport, Flaw
+from .registration import (
+    UNSEEN,
+    CFitReport,
+    CFitSettings,
+    CLandmarks,
+    CMatchReport,
+    CMatchSettings,
+    CRegistrationInfo,
+    CScanReport,
+    CScanSettings,
+)
 from .rigidity import (
     RADIUS_MAX,
     CRigidityBindSettings,
@@ -36,6 +58,7 @@ NOUNS = (
     amrap,
     blended,
     rigidity,
+    registration,
     weights,
     sequence,
 )
@@ -51,12 +74,20 @@ __all__ = (
     "CBlendedOutcome",
     "CBlendedSolveSettings",
     "CDeformerInfo",
+    "CFitReport",
+    "CFitSettings",
     "CHandles",
+    "CLandmarks",
+    "CMatchReport",
+    "CMatchSettings",
     "CMeshReport",
+    "CRegistrationInfo",
     "CRigidityBindSettings",
     "CRigidityLearnSettings",
     "CRigiditySolveSettings",
     "CRows",
+    "CScanReport",
+    "CScanSettings",
     "CSolveReport",
     "DeformerKind",
     "Descent",
@@ -69,6 +100,7 @@ __all__ = (
     "ShapeSpace",
     "Start",
     "Status",
+    "UNSEEN",
     "declare",
     "initialised",
 )

@@ -33,6 +33,8 @@ class Status(IntEnum):
     WARNING_EXEMPLARS = 3
     WARNING_UNDERDETERMINED = 4
     WARNING_CONTRADICTORY = 5
+    WARNING_FIT = 6
+    WARNING_AMBIGUOUS = 7
     ERROR_ARGUMENT = -1
     ERROR_OUT_OF_MEMORY = -2
     ERROR_CANCELLED = -3
@@ -49,6 +51,8 @@ class Element(IntEnum):
     FACE = 2
     HANDLE = 3
     EXEMPLAR = 4
+    LANDMARK = 5
+    POINT = 6
 
 
 FUNCTIONS = {

@@ -84,7 +84,7 @@ static exm_status check_counts(const exm_blended_bind_settings *s, size_t vertex
   return EXM_OK;
 }
 
-static exm_status check_bind_settings(const exm_blended_bind_settings *s, size_t vertex_count, size_t exemplar_count)
+exm_status check_blended_settings(const exm_blended_bind_settings *s, size_t vertex_count, size_t exemplar_count)
 {
   if (s->dictionary != EXM_DICTIONARY_EIGENFUNCTIONS && s->dictionary != EXM_DICTIONARY_SKELETON) {
     return status_set(EXM_ERROR_ARGUMENT, "settings.dictionary is %d, not one of exm_dictionary", s->dictionary);
@@ -125,7 +125,7 @@ exm_status exm_blended_create(const exm_mesh *reference, const float *exemplars,
   exm_blended_bind_settings_init(&request.settings);
   TRY(settings_read(&request.settings, sizeof request.settings, settings, "settings"));
   TRY(check_exemplars(exemplars, exemplar_count, reference->vertex_count));
-  TRY(check_bind_settings(&request.settings, reference->vertex_count, exemplar_count));
+  TRY(check_blended_settings(&request.settings, reference->vertex_count, exemplar_count));
   return blended_deformer_bind(&request, out);
 }
 

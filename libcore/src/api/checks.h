@@ -21,6 +21,10 @@ exm_status check_shapes(const float *shapes, size_t count, size_t vertex_count, 
 /** [H][3][4]: every number that a solve will look at is finite. */
 exm_status check_targets(const exm_deformer *deformer, const double *targets);
 
+/** Settings of a bind by Blended, which registrations take as well. */
+exm_status check_blended_settings(const exm_blended_bind_settings *settings, size_t vertex_count,
+                                  size_t exemplar_count);
+
 /** A report for a solve to fill in: ours, with the caller's buffer for the history. `theirs` may be NULL. */
 exm_status report_begin(exm_solve_report *ours, const exm_solve_report *theirs);
 
