@@ -13,17 +13,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "linalg/four.h"
+#include "linalg/panel.h"
 
 struct cholesky {
   cholmod_common common;
   cholmod_factor *factor;
   int is_factored;
-  double *rows; /* [size][WIDEST] right-hand sides in the order of the factor */
+  double *rows; /* [size][PANEL_WIDEST] right-hand sides in the order of the factor */
 };
-
-/* The most right-hand sides of one pass over the factor: two cache lines a row, four `four`s. */
-enum { WIDEST = 16, UNROLL = 4 };
 
 static exm_status translate(const cholmod_common *common, const char *what)
 {
@@ -106,7 +103,7 @@ static exm_status create(const sparse *lower, const cholesky *like, cholesky **o
     c->factor = cholmod_analyze(&a, &c->common);
   }
   exm_status status = translate(&c->common, "the analysis of a sparse matrix");
-  c->rows = aligned_alloc(64, (lower->size + 1) * WIDEST * sizeof(double)); /* two cache lines a row */
+  c->rows = aligned_alloc(64, (lower->size + 1) * PANEL_WIDEST * sizeof(double)); /* two cache lines a row */
   if (status == EXM_OK && !c->rows) {
     status = status_no_memory("a factorisation");
   }
@@ -144,156 +141,26 @@ exm_status cholesky_refactor(cholesky *c, const sparse *lower)
   return factorize(c, lower);
 }
 
-/* A panel of the factor: columns `first`.. that share their pattern, as a dense column-major block. */
-typedef struct panel {
-  size_t first, column_count, row_count;
-  const int32_t *rows; /* [row_count] the columns' own come first */
-  const double *values;
-} panel;
-
-static panel panel_of(const cholmod_factor *factor, size_t index)
+static panels panels_of(const cholmod_factor *factor)
 {
-  const int32_t *super = factor->super, *starts = factor->pi, *values = factor->px;
-  return (panel){.first = (size_t)super[index],
-                 .column_count = (size_t)(super[index + 1] - super[index]),
-                 .row_count = (size_t)(starts[index + 1] - starts[index]),
-                 .rows = (const int32_t *)factor->s + starts[index],
-                 .values = (const double *)factor->x + values[index]};
+  return (panels){.count = factor->nsuper,
+                  .columns = factor->super,
+                  .row_starts = factor->pi,
+                  .value_starts = factor->px,
+                  .rows = factor->s,
+                  .values = factor->x};
 }
 
-/* x_i -= sum_c L_ic x_c for `some` rows i below the panel's own. Several rows together are several independent chains
- * of operations, where one would wait for itself. */
-INLINE void forward_rows(const panel *p, four *x, size_t n, size_t row, size_t some)
+static void solve_one(cholesky *c, const panels *factor, size_t step, double *values)
 {
-  const four *own = x + p->first * n;
-  four sum[UNROLL][WIDEST / 4];
-  for (size_t r = 0; r < some; r++) {
-    for (size_t q = 0; q < n; q++) {
-      sum[r][q] = x[(size_t)p->rows[row + r] * n + q];
-    }
+  size_t const size = c->factor->n;
+  const int32_t *order = c->factor->Perm;
+  for (size_t i = 0; i < size; i++) {
+    c->rows[i] = values[(size_t)order[i] * step];
   }
-  for (size_t c = 0; c < p->column_count; c++) {
-    const double *column = p->values + c * p->row_count + row;
-    for (size_t r = 0; r < some; r++) {
-      for (size_t q = 0; q < n; q++) {
-        four_subtract(&sum[r][q], column[r], &own[c * n + q]);
-      }
-    }
-  }
-  for (size_t r = 0; r < some; r++) {
-    for (size_t q = 0; q < n; q++) {
-      x[(size_t)p->rows[row + r] * n + q] = sum[r][q];
-    }
-  }
-}
-
-/* L x = b, one panel. `n` fours a row; a constant where this is inlined. */
-INLINE void forward(const panel *p, four *x, size_t n)
-{
-  size_t const columns = p->column_count, rows = p->row_count;
-  four *own = x + p->first * n;
-  for (size_t c = 0; c < columns; c++) {
-    const double *column = p->values + c * rows;
-    double const inverse = 1 / column[c];
-    for (size_t q = 0; q < n; q++) {
-      four_scale(&own[c * n + q], inverse);
-    }
-    for (size_t r = c + 1; r < columns; r++) {
-      for (size_t q = 0; q < n; q++) {
-        four_subtract(&own[r * n + q], column[r], &own[c * n + q]);
-      }
-    }
-  }
-  size_t r = columns;
-  for (; r + UNROLL <= rows; r += UNROLL) {
-    forward_rows(p, x, n, r, UNROLL);
-  }
-  for (; r < rows; r++) {
-    forward_rows(p, x, n, r, 1);
-  }
-}
-
-/* x_c -= sum_i L_ic x_i over the rows i below the panel's own, for `some` columns c. */
-INLINE void backward_columns(const panel *p, four *x, size_t n, size_t column, size_t some)
-{
-  four *own = x + (p->first + column) * n;
-  const double *values = p->values + column * p->row_count;
-  four sum[UNROLL][WIDEST / 4];
-  for (size_t c = 0; c < some; c++) {
-    for (size_t q = 0; q < n; q++) {
-      sum[c][q] = own[c * n + q];
-    }
-  }
-  for (size_t r = p->column_count; r < p->row_count; r++) {
-    const four *row = x + (size_t)p->rows[r] * n;
-    for (size_t c = 0; c < some; c++) {
-      for (size_t q = 0; q < n; q++) {
-        four_subtract(&sum[c][q], values[c * p->row_count + r], &row[q]);
-      }
-    }
-  }
-  for (size_t c = 0; c < some; c++) {
-    for (size_t q = 0; q < n; q++) {
-      own[c * n + q] = sum[c][q];
-    }
-  }
-}
-
-/* L' x = b, one panel. */
-INLINE void backward(const panel *p, four *x, size_t n)
-{
-  size_t const columns = p->column_count, rows = p->row_count;
-  four *own = x + p->first * n;
-  size_t begin = 0;
-  for (; begin + UNROLL <= columns; begin += UNROLL) {
-    backward_columns(p, x, n, begin, UNROLL);
-  }
-  for (; begin < columns; begin++) {
-    backward_columns(p, x, n, begin, 1);
-  }
-  for (size_t c = columns; c-- > 0;) {
-    const double *column = p->values + c * rows;
-    double const inverse = 1 / column[c];
-    for (size_t r = c + 1; r < columns; r++) {
-      for (size_t q = 0; q < n; q++) {
-        four_subtract(&own[c * n + q], column[r], &own[r * n + q]);
-      }
-    }
-    for (size_t q = 0; q < n; q++) {
-      four_scale(&own[c * n + q], inverse);
-    }
-  }
-}
-
-/* What of A = P' L L' P a call undoes. */
-typedef enum sweeps { FORWARD = 1, BACKWARD = 2, BOTH = FORWARD | BACKWARD } sweeps;
-
-INLINE void sweep(const cholmod_factor *factor, four *x, size_t n, sweeps wanted)
-{
-  for (size_t s = 0; (wanted & FORWARD) && s < factor->nsuper; s++) {
-    panel const p = panel_of(factor, s);
-    forward(&p, x, n);
-  }
-  for (size_t s = factor->nsuper; (wanted & BACKWARD) && s-- > 0;) {
-    panel const p = panel_of(factor, s);
-    backward(&p, x, n);
-  }
-}
-
-SIMD_CLONES static void sweep_any(const cholmod_factor *factor, four *x, size_t n, sweeps wanted)
-{
-  switch (n) {
-  case 1:
-    sweep(factor, x, 1, wanted);
-    break;
-  case 2:
-    sweep(factor, x, 2, wanted);
-    break;
-  case 3:
-    sweep(factor, x, 3, wanted);
-    break;
-  default:
-    sweep(factor, x, 4, wanted);
+  panels_solve_one(factor, c->rows, c->rows + size);
+  for (size_t i = 0; i < size; i++) {
+    values[(size_t)order[i] * step] = c->rows[i];
   }
 }
 
@@ -307,8 +174,13 @@ static exm_status solve(cholesky *c, size_t count, size_t row_step, size_t colum
     return status_set(EXM_ERROR_NUMERIC, "no factorisation to solve with");
   }
   /* Half a solve permutes rows in place: all of a block's columns are read before any is written. */
-  for (size_t first = 0; first < count; first += WIDEST) {
-    size_t const some = count - first < WIDEST ? count - first : WIDEST;
+  panels const factor = panels_of(c->factor);
+  if (count == 1 && wanted == BOTH) {
+    solve_one(c, &factor, row_step, values);
+    return EXM_OK;
+  }
+  for (size_t first = 0; first < count; first += PANEL_WIDEST) {
+    size_t const some = count - first < PANEL_WIDEST ? count - first : PANEL_WIDEST;
     size_t const width = (some + 3) / 4 * 4;
     for (size_t i = 0; i < size; i++) {
       size_t const row = wanted & FORWARD ? (size_t)order[i] : i;
@@ -317,7 +189,7 @@ static exm_status solve(cholesky *c, size_t count, size_t row_step, size_t colum
         c->rows[i * width + q] = q < some ? from[q * column_step] : 0;
       }
     }
-    sweep_any(c->factor, (four *)c->rows, width / 4, wanted);
+    panels_solve(&factor, width, wanted, c->rows);
     for (size_t i = 0; i < size; i++) {
       size_t const row = wanted & BACKWARD ? (size_t)order[i] : i;
       double *to = values + row * row_step + first * column_step;

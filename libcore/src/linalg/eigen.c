@@ -29,8 +29,12 @@ void dseupd_(const int *rvec, const char *howmny, int *select, double *d, double
 
 /* Up to this size all eigenpairs are found by a dense method. */
 enum { DENSE_SIZE = 192, RESTARTS = 300 };
-/* Of the eigenvalues of B. Eigenvectors are good to about its root over the gap. */
-static double const TOLERANCE = 1e-13;
+/* Vectors that ARPACK keeps beyond once and a half those wanted: fewer restarts against more orthogonalisation. */
+enum { MARGIN = 6 };
+/* Residuals of eigenvectors of B, beside their eigenvalues; those of eigenvalues are its square. */
+static double const TOLERANCE = 1e-11;
+/* What is enough to see whether there is another copy. */
+static double const GLANCE = 1e-3;
 /* A value that is lower than the highest found by less than this share of it is a copy of it, which may be left out. */
 static double const DISTINCT = 1e-9;
 /* Rounds of the search for copies. */
@@ -73,6 +77,7 @@ static exm_status apply(const search *s, const double *from, double *to)
 /* One search of ARPACK's. */
 typedef struct lanczos {
   int n, wanted, basis_size, work_size, info;
+  double tolerance;
   int iparam[11], ipntr[11];
   double *residual, *basis, *work_d, *work_l;
 } lanczos;
@@ -96,7 +101,7 @@ static exm_status iterate(const search *s, lanczos *l)
   l->iparam[2] = RESTARTS;
   l->iparam[6] = 1;
   for (;;) {
-    dsaupd_(&ido, "I", &l->n, "LA", &l->wanted, &TOLERANCE, l->residual, &l->basis_size, l->basis, &l->n, l->iparam,
+    dsaupd_(&ido, "I", &l->n, "LA", &l->wanted, &l->tolerance, l->residual, &l->basis_size, l->basis, &l->n, l->iparam,
             l->ipntr, l->work_d, l->work_l, &l->work_size, &l->info, 1, 2);
     if (ido != 1 && ido != -1) {
       break;
@@ -128,7 +133,7 @@ static exm_status extract(lanczos *l, double *values, double *vectors)
     status = status_no_memory("eigenfunctions");
     goto done;
   }
-  dseupd_(&with_vectors, "A", select, rising, found, &l->n, &sigma, "I", &l->n, "LA", &l->wanted, &TOLERANCE,
+  dseupd_(&with_vectors, "A", select, rising, found, &l->n, &sigma, "I", &l->n, "LA", &l->wanted, &l->tolerance,
           l->residual, &l->basis_size, l->basis, &l->n, l->iparam, l->ipntr, l->work_d, l->work_l, &l->work_size,
           &l->info, 1, 1, 2);
   if (l->info != 0) {
@@ -145,11 +150,11 @@ done:
   return status;
 }
 
-static exm_status search_once(const search *s, size_t count, double *values, double *vectors)
+static exm_status search_once(const search *s, size_t count, double tolerance, double *values, double *vectors)
 {
   arena scratch = {0};
-  size_t const left = s->size - s->excluded_count, most = 2 * count + 12;
-  lanczos l = {.n = (int)s->size, .wanted = (int)count};
+  size_t const left = s->size - s->excluded_count, most = count + count / 2 + MARGIN;
+  lanczos l = {.n = (int)s->size, .wanted = (int)count, .tolerance = tolerance};
   l.basis_size = (int)(most < left ? most : left);
   l.work_size = l.basis_size * (l.basis_size + 8);
   l.residual = ARENA_NEW(&scratch, double, s->size);
@@ -195,8 +200,12 @@ static exm_status find_copies(search *s, size_t count, double *values, double *v
   s->excluded_count = before + count;
   for (int round = 0; round < ROUNDS && status == EXM_OK && s->excluded_count + 2 < s->size; round++) {
     double value = 0;
-    status = search_once(s, 1, &value, vector);
+    status = search_once(s, 1, GLANCE, &value, vector);
     if (status < 0 || value <= values[count - 1] * (1 + DISTINCT)) {
+      break; /* what is seen of a value is never above it, and a copy shows early: it leads by far */
+    }
+    status = search_once(s, 1, TOLERANCE, &value, vector);
+    if (status < 0) {
       break;
     }
     insert(count, s->size, value, vector, values, vectors);
@@ -261,7 +270,7 @@ static exm_status solve_sparsely(arena *scratch, search *s, size_t count, double
 {
   exm_status status = factor(scratch, s);
   if (status == EXM_OK) {
-    status = search_once(s, count, values, vectors);
+    status = search_once(s, count, TOLERANCE, values, vectors);
   }
   if (status == EXM_OK) {
     status = find_copies(s, count, values, vectors);
