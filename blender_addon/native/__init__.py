@@ -43,7 +43,7 @@ from .registration import (
 from .rigidity import Rigidity, RigiditySettings, learn_radii, radius_energies
 from .scan import Scan, ScanReport
 from .sequence import FileReport, FitReport, Sequence, SequenceInfo, SequenceWindow
-from .weights import eigenfunctions
+from .weights import Decomposition, decompose, eigenfunctions
 
 __all__ = (
     "ABI_VERSION",
@@ -56,6 +56,7 @@ __all__ = (
     "BlendedInfo",
     "BlendedOutcome",
     "BlendedSettings",
+    "Decomposition",
     "Deformer",
     "DeformerInfo",
     "DeformerKind",
@@ -90,6 +91,7 @@ __all__ = (
     "Status",
     "UNSEEN",
     "bounded_biharmonic",
+    "decompose",
     "eigenfunctions",
     "learn_radii",
     "library",

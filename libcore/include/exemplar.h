@@ -228,6 +228,50 @@ EXM_API exm_status exm_weights_bounded_biharmonic(const exm_mesh *mesh, const ex
 EXM_API exm_status exm_weights_eigenfunctions(const exm_mesh *mesh, size_t count, exm_progress progress, void *user,
                                               double *values, double *functions);
 
+typedef struct exm_decompose_settings {
+  size_t struct_size;
+  size_t bone_count;  /* 0: as many as it takes for `tolerance`, up to bone_limit */
+  double tolerance;   /* of vertices that follow one bone each, root mean square, as a share of the diagonal; default
+                         0.01, or a fifth of what a single bone leaves, if that is less. Weights then lower it further */
+  size_t bone_limit;  /* default 40 */
+  int32_t influences; /* most bones a vertex, 1..8, default 4 */
+  int32_t iterations; /* of the alternation, at most; default 20; it ends when little is gained */
+} exm_decompose_settings;
+
+EXM_API void exm_decompose_settings_init(exm_decompose_settings *settings);
+
+typedef struct exm_decompose_report {
+  size_t struct_size;
+  size_t bone_count;  /* found; fewer than asked for where the motion does not tell more apart */
+  double begin_error; /* of vertices that follow one bone each, root mean square distance from the exemplars */
+  double error;       /* with the weights */
+  double max_error;   /* largest distance */
+  int32_t iterations;
+} exm_decompose_report;
+
+EXM_API void exm_decompose_report_init(exm_decompose_report *report);
+
+/**
+ * Skinning weights and rigid bones from exemplars [SSDR]: weights and bone transforms alternate from clusters of
+ * vertices that move rigidly.
+ *
+ * exemplars   [S][V][3] finite poses of the mesh, which itself is the rest pose
+ * settings    NULL for the defaults
+ * progress    may be NULL
+ * capacity    bones that the outputs have room for: settings.bone_count, or bone_limit where that is 0, is enough
+ * weights     [capacity][V] out: not negative, columns sum to 1, at most `influences` a vertex; rows behind the bones
+ *             found are zero
+ * transforms  [S][capacity][3][4] out or NULL: rotation | translation from the rest pose to each exemplar
+ * labels      [V] out or NULL: the bone of the largest weight
+ * report      may be NULL
+ *
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY.
+ */
+EXM_API exm_status exm_weights_decompose(const exm_mesh *mesh, const float *exemplars, size_t exemplar_count,
+                                         const exm_decompose_settings *settings, exm_progress progress, void *user,
+                                         size_t capacity, float *weights, double *transforms, uint32_t *labels,
+                                         exm_decompose_report *report);
+
 /* -------------------------------------------------------------------------------------------------------- deformer */
 
 /**

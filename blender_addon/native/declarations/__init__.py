@@ -49,6 +49,7 @@ from .rigidity import (
     CRigiditySolveSettings,
 )
 from .sequence import ShapeSpace
+from .weights import CDecomposeReport, CDecomposeSettings
 
 NOUNS = (
     common,
@@ -73,6 +74,8 @@ __all__ = (
     "CBlendedInfo",
     "CBlendedOutcome",
     "CBlendedSolveSettings",
+    "CDecomposeReport",
+    "CDecomposeSettings",
     "CDeformerInfo",
     "CFitReport",
     "CFitSettings",
