@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fast blended transformations."""
 
-from ctypes import byref, c_void_p
+from ctypes import byref, c_size_t, c_void_p
 from dataclasses import dataclass
 
 import numpy
@@ -15,6 +15,7 @@ from .declarations import (
     CBlendedSolveSettings,
     CRows,
     Dictionary,
+    Scale,
     Start,
     initialised,
 )
@@ -47,7 +48,7 @@ class BlendedSettings:
 
     sparsity: float = None
     begin: Begin = None
-    scale: bool = None
+    scale: Scale = None
     start: Start = Start.STATELESS
     average_iterations: int = None
     minimal_iterations: int = None
@@ -201,3 +202,19 @@ class Blended(Deformer):
         """Where the last result has the handles, as targets: float64 [H][3][4]."""
         shape = (self.info.handle_count, 3, 4)
         return self._read("exm_blended_result_pose", numpy.float64, shape)
+
+    def key(self):
+        """The last solve's pose for interpolate(): float64, a one-dimensional array."""
+        size = c_size_t()
+        self._call("exm_blended_key_size", byref(size))
+        return self._read("exm_blended_get_key", numpy.float64, size.value)
+
+    def interpolate(self, keys, times, time):
+        """The pose at `time` between keys of this deformer at rising times, smooth over all of
+        them; read it with positions()."""
+        keys = as_input("keys", keys, numpy.float64, (-1, -1))
+        size = c_size_t()
+        self._call("exm_blended_key_size", byref(size))
+        keys = as_input("keys", keys, numpy.float64, (-1, size.value))
+        times = as_input("times", times, numpy.float64, (len(keys),))
+        self._call("exm_blended_interpolate", keys.ctypes.data, times.ctypes.data, len(keys), time)

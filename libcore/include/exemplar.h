@@ -492,13 +492,20 @@ typedef enum exm_blended_begin {
   EXM_BEGIN_PLAIN = 1   /* ridge regression [Blended, eq. 22] */
 } exm_blended_begin;
 
+/** The global scale factor alpha [Blended, eq. 7]. */
+typedef enum exm_scale {
+  EXM_SCALE_HELD = 0,         /* at 1 */
+  EXM_SCALE_BALANCED = 1,     /* least E / alpha: distortion counts alike whether exemplar or pose is larger */
+  EXM_SCALE_LEAST_SQUARES = 2 /* least E [Blended, eq. 16], which comes out a few percent small where poses differ */
+} exm_scale;
+
 /** The schedule of [Blended, 5]: begin, average ARAP and minimal ARAP in the first dictionary, minimal ARAP in the
  *  second. An iteration is a local, a scale and a global step. */
 typedef struct exm_blended_solve_settings {
   size_t struct_size;
   double sparsity;            /* beta_sp [Blended, eq. 23] >= 0, default 0.01: fewer atoms in the beginning */
   int32_t begin;              /* exm_blended_begin */
-  int32_t scale;              /* 1: a global scale is found [Blended, eq. 7, 16]; 0: held at 1. Default 1 */
+  int32_t scale;              /* exm_scale; default EXM_SCALE_BALANCED */
   int32_t start;              /* exm_start; warm: the last stage alone, from the pose of the last solve */
   int32_t average_iterations; /* eq. 9-11, default 8; 0 leaves the stage out */
   int32_t minimal_iterations; /* eq. 12-14, for each exemplar; at least 1, default 8 */
@@ -516,9 +523,10 @@ EXM_API void exm_blended_solve_settings_init(exm_blended_solve_settings *setting
  * targets   [H][3][4] finite: rows of [linear part | centre], as for exm_amrap_solve; rows of free handles and of those
  *           whose weight is 0 are not looked at
  * settings  NULL for the defaults
- * report    may be NULL: objective and elastic_energy are those of eq. 13 and 7; history runs over all stages, see
- *           exm_blended_outcome for where they begin. constraint_residual is the largest distance of a held centre or
- *           row of weight > 0 from its target
+ * report    may be NULL: objective is the energy of eq. 13 (with EXM_SCALE_BALANCED divided by alpha, seen from the
+ *           closest exemplar's size), elastic_energy its part of eq. 7; history runs over all stages, none of which
+ *           ever increases it, see exm_blended_outcome for where they begin. constraint_residual is the largest
+ * distance of a held centre or row of weight > 0 from its target
  *
  * The result turns, moves and (with scale) grows as the targets do.
  * Returns EXM_WARNING_NOT_CONVERGED with a tolerance; EXM_WARNING_UNDERDETERMINED where targets that count lie in one
@@ -599,6 +607,25 @@ EXM_API exm_status exm_blended_clusters(const exm_deformer *deformer, uint32_t *
 
 /** Where the last result has the handles, as targets, [H][3][4]. */
 EXM_API exm_status exm_blended_result_pose(const exm_deformer *deformer, double *targets);
+
+/** The last solve's pose as a key for interpolation: an array of exm_blended_key_size doubles. EXM_ERROR_ARGUMENT
+ * before the first solve, or where the last result was itself interpolated. */
+EXM_API exm_status exm_blended_key_size(const exm_deformer *deformer, size_t *size);
+EXM_API exm_status exm_blended_get_key(const exm_deformer *deformer, double *key);
+
+/**
+ * Interpolate between keys [Blended, 5, "shape interpolation"]: rotations, scale and place follow curves that are
+ * smooth over the whole list, and one global step gives the pose. At a key's time it is the key's pose.
+ *
+ * keys   [count][size] of exm_blended_get_key of this deformer
+ * times  [count] rising
+ * time   finite; clamped to the first and the last of them
+ *
+ * The result is read like a solve's, with exm_deformer_positions and exm_blended_result_pose.
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_OUT_OF_MEMORY; the deformer keeps its previous result.
+ */
+EXM_API exm_status exm_blended_interpolate(exm_deformer *deformer, const double *keys, const double *times,
+                                           size_t count, double time);
 
 /* -------------------------------------------------------------------------------------------------------- Rigidity */
 

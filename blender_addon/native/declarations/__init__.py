@@ -26,6 +26,7 @@ from .blended import (
     CBlendedSolveSettings,
     CRows,
     Dictionary,
+    Scale,
 )
 from .common import ABI_VERSION, Element, Progress, Status, initialised
 from .deformer import CDeformerInfo, CSolveReport, DeformerKind, Start
@@ -100,6 +101,7 @@ __all__ = (
     "Kind",
     "Progress",
     "RADIUS_MAX",
+    "Scale",
     "ShapeSpace",
     "Start",
     "Status",

@@ -19,6 +19,12 @@ class Begin(IntEnum):
     PLAIN = 1
 
 
+class Scale(IntEnum):
+    HELD = 0
+    BALANCED = 1
+    LEAST_SQUARES = 2
+
+
 class CBlendedBindSettings(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -148,4 +154,11 @@ FUNCTIONS = {
     "exm_blended_clusters": (STATUS, DEFORMER, ARRAY),
     # exm_status exm_blended_result_pose(const exm_deformer *deformer, double *targets);
     "exm_blended_result_pose": (STATUS, DEFORMER, ARRAY),
+    # exm_status exm_blended_key_size(const exm_deformer *deformer, size_t *size);
+    "exm_blended_key_size": (STATUS, DEFORMER, POINTER(c_size_t)),
+    # exm_status exm_blended_get_key(const exm_deformer *deformer, double *key);
+    "exm_blended_get_key": (STATUS, DEFORMER, ARRAY),
+    # exm_status exm_blended_interpolate(exm_deformer *deformer, const double *keys,
+    #                                    const double *times, size_t count, double time);
+    "exm_blended_interpolate": (STATUS, DEFORMER, ARRAY, ARRAY, c_size_t, c_double),
 }

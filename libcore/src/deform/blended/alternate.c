@@ -9,20 +9,30 @@
 /* The least scale in the frame: a pose that is best turned inside out has none. */
 static double const LEAST_SCALE = 1e-3;
 
-/** alpha of eq. 16 at the minimum over T as well: a, b, c as <R, y>, <R, G R> and tr V'LV. */
-static double find_scale(double a, double b, double c, int has_scale)
+/** What a step's energies are made of: lost, <R, y>, <R, G R> and tr V'LV. */
+typedef struct terms {
+  double lost, along, met, own;
+} terms;
+
+/** alpha at the minimum over T as well. Of the energy itself (eq. 16) it comes out small: whatever rotations do not
+ *  explain pulls a least-squares factor down. Divided by alpha, distortion counts the same whether exemplar or pose is
+ * the larger one. */
+static double find_scale(const terms *t, int scale)
 {
-  double const stiffness = c - b;
-  if (!has_scale) {
+  double const stiffness = t->own - t->met;
+  /* Nothing resists a change of scale where the constraints leave it open. */
+  if (scale == EXM_SCALE_HELD || !(stiffness > 1e-12 * t->own) || !(t->along > 0)) {
     return 1;
   }
-  /* Nothing resists a change of scale where the constraints leave it open. */
-  return stiffness > 1e-12 * c ? fmax(a / stiffness, LEAST_SCALE) : 1;
+  double const least_squares = t->along / stiffness;
+  double const balanced = sqrt(fmax(t->lost, 0) / stiffness);
+  return fmax(scale == EXM_SCALE_BALANCED ? fmax(balanced, least_squares) : least_squares, LEAST_SCALE);
 }
 
-static double energy_of(double lost, double a, double b, double c, double scale)
+static double energy_of(const terms *t, double alpha, int scale)
 {
-  return fmax(0.5 * (lost - 2 * scale * a + scale * scale * (c - b)), 0);
+  double const energy = 0.5 * (t->lost - 2 * alpha * t->along + alpha * alpha * (t->own - t->met));
+  return fmax(scale == EXM_SCALE_BALANCED ? energy / alpha : energy, 0);
 }
 
 static void record(exm_solve_report *report, double energy)
@@ -52,9 +62,12 @@ double blended_average(blended *b, const blended_options *options, exm_solve_rep
     for (size_t k = 0; k < rank * d; k++) {
       b->reached[k] /= (double)S;
     }
-    double const along = dense_dot(rank * d, b->reached, f->z), met = dense_dot(rank * d, b->reached, b->reached);
-    b->scale = find_scale(along, met, own, options->has_scale);
-    energy = energy_of(f->lost, along, met, own, b->scale);
+    terms const t = {.lost = f->lost,
+                     .along = dense_dot(rank * d, b->reached, f->z),
+                     .met = dense_dot(rank * d, b->reached, b->reached),
+                     .own = own};
+    b->scale = find_scale(&t, options->scale);
+    energy = energy_of(&t, b->scale, options->scale);
     record(report, energy);
     report->iterations++;
     dense_times(rows, rank, d, f->responses, b->reached, b->turned);
@@ -76,7 +89,6 @@ double blended_minimal(blended *b, int stage, size_t s, int32_t iterations, cons
   size_t const d = b->dimension, rows = b->group_count * d, at = s * rows * d;
   const double *G = f->green + s * rows * rows, *y = f->y + at;
   double *R = b->rotations + at, *turned = b->turned + at, *fits = b->fits + at;
-  double const own = b->energy->own[s];
   double energy = INFINITY;
   for (int32_t i = 0; i < iterations; i++) {
     double const before = energy;
@@ -84,9 +96,12 @@ double blended_minimal(blended *b, int stage, size_t s, int32_t iterations, cons
       rotation_fit(d, b->group_count, fits, R);
     }
     dense_times(rows, rows, d, G, R, turned);
-    double const along = dense_dot(rows * d, R, y), met = dense_dot(rows * d, R, turned);
-    b->scale = find_scale(along, met, own, options->has_scale);
-    energy = energy_of(f->lost, along, met, own, b->scale);
+    terms const t = {.lost = f->lost,
+                     .along = dense_dot(rows * d, R, y),
+                     .met = dense_dot(rows * d, R, turned),
+                     .own = b->energy->own[s]};
+    b->scale = find_scale(&t, options->scale);
+    energy = energy_of(&t, b->scale, options->scale);
     record(report, energy);
     report->iterations++;
     memcpy(fits, y, rows * d * sizeof(double));

@@ -53,7 +53,8 @@ typedef struct blended_constraints {
   double *joint;        /* [rows][joint atoms] H D */
   double *on_exemplars; /* [rows][S d] H V_s */
   blended_factor factors[BLENDED_STAGES];
-  double *net_gram; /* [first stage's atoms][] beta_lc X'X, for the elastic net */
+  double *free_root; /* [rank][rank] a root as in blended_factor, of the last stage without constraints */
+  double *net_gram;  /* [first stage's atoms][] beta_lc X'X, for the elastic net */
   /* Scratch of a solve. */
   double *targets, *framed; /* [rows][d] Y as given, and in the frame of the best exemplar */
   double *weighted;         /* [rows][d] */
@@ -95,7 +96,8 @@ typedef struct blended {
 
 typedef struct blended_options {
   double sparsity, tolerance;
-  int is_plain, has_scale, is_warm;
+  int is_plain, is_warm;
+  int scale; /* exm_scale */
   int32_t average_iterations, minimal_iterations, final_iterations;
 } blended_options;
 

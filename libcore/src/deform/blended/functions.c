@@ -289,28 +289,3 @@ done:
   arena_release(&scratch);
   return status;
 }
-
-exm_status blended_choose_atoms(arena *owner, const dictionary *d, const edge_energy *energy,
-                                const blended_functions *functions, int stage,
-                                const exm_blended_bind_settings *settings, exm_blended_info *info, size_t **atoms,
-                                size_t *count)
-{
-  size_t const per = 1 + d->exemplar_count * d->dimension;
-  size_t const used = settings->dictionary_exemplar_count ? settings->dictionary_exemplar_count : d->exemplar_count;
-  size_t const kept = 1 + used * d->dimension;
-  size_t const F = stage == BLENDED_FIRST ? functions->first_count : functions->last_count;
-  (void)energy;
-  *atoms = ARENA_NEW(owner, size_t, F * kept);
-  if (!*atoms) {
-    return status_no_memory("the dictionary");
-  }
-  *count = 0;
-  for (size_t i = 0; i < F; i++) {
-    size_t const f = stage == BLENDED_FIRST ? functions->first[i] : i;
-    for (size_t k = 0; k < kept; k++) {
-      (*atoms)[(*count)++] = f * per + k;
-    }
-  }
-  info->whole_atom_count = F * kept;
-  return EXM_OK;
-}

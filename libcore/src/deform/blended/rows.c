@@ -37,6 +37,7 @@ static exm_status allocate(blended_constraints *c, const blended *b, size_t row_
   c->joint = ARENA_NEW(owner, double, row_count * b->joint_count);
   c->on_exemplars = ARENA_NEW(owner, double, row_count * b->exemplar_count * d);
   c->net_gram = ARENA_NEW(owner, double, n *n);
+  c->free_root = ARENA_NEW(owner, double, b->bases[BLENDED_LAST].rank * b->bases[BLENDED_LAST].rank);
   c->targets = ARENA_NEW(owner, double, row_count *d);
   c->framed = ARENA_NEW(owner, double, row_count *d);
   c->weighted = ARENA_NEW(owner, double, row_count *d);
@@ -52,8 +53,8 @@ static exm_status allocate(blended_constraints *c, const blended *b, size_t row_
     f->y = ARENA_NEW(owner, double, P *d);
     whole = whole && f->rows && f->root && f->responses && f->green && f->held && f->z && f->y;
   }
-  whole = whole && c->rows && c->weights && c->sums && c->joint && c->on_exemplars && c->net_gram && c->targets &&
-          c->framed && c->weighted;
+  whole = whole && c->rows && c->weights && c->sums && c->joint && c->on_exemplars && c->net_gram && c->free_root &&
+          c->targets && c->framed && c->weighted;
   return whole ? EXM_OK : status_no_memory("the constraints");
 }
 
@@ -69,46 +70,51 @@ static void find_green(const blended *b, int stage, blended_factor *f)
   }
 }
 
-/** W from a Cholesky factor of Gamma: W' = L^-1. */
-static exm_status make_factor(const blended *b, int stage, blended_constraints *c)
+/** W from a Cholesky factor of Gamma, with the rows of c or without any: W' = L^-1. */
+static exm_status make_root(const blended *b, int stage, const blended_constraints *c, size_t row_count, double *root)
 {
   const blended_basis *s = &b->bases[stage];
-  blended_factor *f = &c->factors[stage];
   size_t const rank = s->rank;
   arena scratch = {0};
   double *gamma = ARENA_NEW(&scratch, double, rank *rank);
-  double *column = ARENA_NEW(&scratch, double, rank);
-  exm_status status = gamma && column ? EXM_OK : status_no_memory("the constraints");
+  exm_status status = gamma ? EXM_OK : status_no_memory("the constraints");
   if (status < 0) {
-    goto done;
+    return status;
   }
   memcpy(gamma, s->elastic, rank * rank * sizeof(double));
   dense_axpy(rank * rank, b->beta_sm, s->bending, gamma);
   for (size_t i = 0; i < rank; i++) {
     gamma[i * rank + i] += FLOOR;
   }
-  for (size_t r = 0; r < c->row_count; r++) {
-    const double *x = f->rows + r * rank;
+  for (size_t r = 0; r < row_count; r++) {
+    const double *x = c->factors[stage].rows + r * rank;
     for (size_t i = 0; i < rank && c->weights[r] > 0; i++) {
       dense_axpy(rank, b->beta_lc * c->weights[r] * x[i], x, gamma + i * rank);
     }
   }
   if (!dense_cholesky(rank, gamma)) {
     status = status_set(EXM_ERROR_NUMERIC, "the energy's matrix is not positive definite");
-    goto done;
   }
-  for (size_t i = 0; i < rank; i++) {
-    memset(column, 0, rank * sizeof(double));
-    column[i] = 1;
-    dense_cholesky_forward(rank, gamma, column);
-    memcpy(f->root + i * rank, column, rank * sizeof(double)); /* row i of W is column i of L^-1 */
+  for (size_t i = 0; i < rank && status == EXM_OK; i++) {
+    double *row = root + i * rank; /* row i of W is column i of L^-1 */
+    memset(row, 0, rank * sizeof(double));
+    row[i] = 1;
+    dense_cholesky_forward(rank, gamma, row);
   }
+  arena_release(&scratch);
+  return status;
+}
+
+static exm_status make_factor(const blended *b, int stage, blended_constraints *c)
+{
+  const blended_basis *s = &b->bases[stage];
+  blended_factor *f = &c->factors[stage];
+  size_t const rank = s->rank;
+  TRY(make_root(b, stage, c, c->row_count, f->root));
   dense_multiply(0, 0, proxy_rows(b), rank, rank, 1, s->proxies, f->root, 0, f->responses);
   dense_multiply(0, 0, c->row_count, rank, rank, 1, f->rows, f->root, 0, f->held);
   find_green(b, stage, f);
-done:
-  arena_release(&scratch);
-  return status;
+  return EXM_OK;
 }
 
 /** rows -= factor (rows p) p' */
@@ -169,6 +175,7 @@ static exm_status make_factors(const blended *b, blended_constraints *c)
   for (int s = 0; s < BLENDED_STAGES; s++) {
     TRY(make_factor(b, s, c));
   }
+  TRY(make_root(b, BLENDED_LAST, c, 0, c->free_root));
   find_net_gram(b, c);
   c->updates = 0;
   return EXM_OK;
@@ -255,6 +262,7 @@ static void copy_factors(const blended *b, const blended_constraints *old, blend
     memcpy(to->green, from->green, b->exemplar_count * block * block * sizeof(double));
     dense_multiply(0, 0, c->row_count, rank, rank, 1, to->rows, to->root, 0, to->held);
   }
+  memcpy(c->free_root, old->free_root, b->bases[BLENDED_LAST].rank * b->bases[BLENDED_LAST].rank * sizeof(double));
   c->updates = old->updates;
 }
 

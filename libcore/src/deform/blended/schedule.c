@@ -74,7 +74,7 @@ exm_status blended_solve(blended *b, const blended_options *options, exm_solve_r
                          exm_blended_outcome *outcome)
 {
   if (!options->is_warm || !b->has_solution) {
-    blended_set_frame(b, options->has_scale);
+    blended_set_frame(b, options->scale != EXM_SCALE_HELD);
     blended_hold(b, BLENDED_FIRST, 0, b->compared_count);
     b->scale = 1;
     TRY(blended_begin(b, options, &outcome->begin_atom_count));
