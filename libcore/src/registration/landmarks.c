@@ -235,7 +235,7 @@ exm_status landmark_pose(registration *r, const landmark_rows *rows, const exm_r
 {
   double const known = settings->scale ? 1 : settings->known_scale;
   blended_options const options = {.sparsity = 0.01,
-                                   .has_scale = settings->scale,
+                                   .scale = settings->scale ? EXM_SCALE_BALANCED : EXM_SCALE_HELD,
                                    .average_iterations = 8,
                                    .minimal_iterations = 8,
                                    .final_iterations = 12};
