@@ -30,17 +30,21 @@ TOLERANCE = 1e-6  # of the bounding box diagonal
 # ------------------------------------------------------------------------------------- the mesh
 
 
+def make_mesh_object(name, positions, faces, colours):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(positions.tolist(), [], faces.tolist())
+    mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
+    layer = mesh.color_attributes.new("Coat", "FLOAT_COLOR", "POINT")
+    layer.data.foreach_set("color", np.hstack([colours, np.ones((len(positions), 1))]).ravel())
+    obj = bpy.data.objects.new(name, mesh)
+    bpy.context.collection.objects.link(obj)
+    return obj
+
+
 def make_object(character):
     """A mesh with its colours and one shape key an exemplar."""
-    mesh = bpy.data.meshes.new(character.name)
     basis = character.shapes["Basis"]
-    mesh.from_pydata(basis.tolist(), [], character.faces.tolist())
-    mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
-    colours = np.hstack([character.colours, np.ones((len(basis), 1))])
-    layer = mesh.color_attributes.new("Coat", "FLOAT_COLOR", "POINT")
-    layer.data.foreach_set("color", colours.ravel())
-    obj = bpy.data.objects.new(character.name, mesh)
-    bpy.context.collection.objects.link(obj)
+    obj = make_mesh_object(character.name, basis, character.faces, character.colours)
     for name, shape in character.shapes.items():
         key = obj.shape_key_add(name=name, from_mix=False)
         key.value = 0.0  # Blender 5 begins at 1

@@ -3,15 +3,15 @@
 #
 # Builds the library, then two characters by script: a creature and a face. Each gets handles, is
 # bound, performs for 60 frames, is baked, checked and drawn. Also the square of the paper's
-# figures 1 and 2, and a C program. Runs on Debian 12, from any working directory.
+# figures 1 and 2, a walk edited as a sequence, and a C program. Runs on Debian 12, from any working directory.
 #
-#   examples/run.sh [creature] [face] [square] [c]     all of them without arguments
+#   examples/run.sh [creature] [face] [sequence] [square] [c]     all of them without arguments
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build/examples
 examples=$root/examples
-wanted=${*:-square creature face c}
+wanted=${*:-square creature face sequence c}
 
 # ----------------------------------------------------------------------------------------- packages
 
@@ -92,18 +92,30 @@ all_that_matters() {
     find blender_addon -name '*.py' -print0 | sort -z | xargs -0 sha256sum) | sha256sum
 }
 
-character() {
-  echo "$1: $2"
-  local stamp=$build/$1.stamp
-  if [[ -e $build/$1_frames.png && -e $stamp && $(head -n 1 "$stamp") == "$(all_that_matters)" ]]; then
+# once NAME PICTURE WORDS COMMAND...: skipped where PICTURE is there and nothing has changed.
+once() {
+  local name=$1 picture=$build/$2
+  echo "$1: $3"
+  shift 3
+  local stamp=$build/$name.stamp
+  if [[ -e $picture && -e $stamp && $(head -n 1 "$stamp") == "$(all_that_matters)" ]]; then
     tail -n +2 "$stamp"
     echo "   nothing has changed since then; delete $stamp to do it again"
     return
   fi
   rm -f "$stamp"
-  perform "$1" | tee "$build/$1.txt"
-  { all_that_matters && cat "$build/$1.txt"; } >"$stamp"
-  rm "$build/$1.txt"
+  "$@" | tee "$build/$name.txt"
+  { all_that_matters && cat "$build/$name.txt"; } >"$stamp"
+  rm "$build/$name.txt"
+}
+
+character() {
+  once "$1" "$1_frames.png" "$2" perform "$1"
+}
+
+edit_sequence() {
+  BLENDER_USER_SCRIPTS=$build/scripts in_blender "$build/sequence.log" \
+    --addons exemplar --python "$examples/sequence.py" -- "$build"
 }
 
 perform() {
@@ -121,6 +133,10 @@ for what in $wanted; do
       ;;
     creature) character creature "a limbed animal, parts turn" ;;
     face) character face "Suzanne, without rotations" ;;
+    sequence)
+      once sequence sequence_transfer.png "a walk captured, edited, retimed, transferred" \
+        edit_sequence
+      ;;
     c)
       echo "c: a pose between two exemplars, by a C program of a page"
       "$build/library/examples/c/pose" "$build/creature_rest.obj" "$build/creature_howl.obj" \
@@ -149,4 +165,8 @@ for name in creature face; do
   show $name.blend "open it and press play; with the add-on, drag the empties"
   show $name.pc2 "the baked positions it plays"
 done
+show sequence_plane.png "the pose plane of a walk: shapes, the curve, its frames"
+show sequence.png "the walk as captured, and with steps that its curve makes higher"
+show sequence_transfer.png "the same on another character"
+show sequence.blend "open it and press play; with the add-on, edit the curve"
 show creature_pose.obj "what the C program made"

@@ -37,17 +37,17 @@ class Strip:
         self.tiles.append(label)
         place = self.turn @ Vector((column * self.width, -row * self.height, 0.0))
         place -= Vector(self.look.centre)
-        self._link(self._mesh(positions), place)
+        self.link(self.mesh(positions), place)
         for dot in dots:
             self._dot(place, *dot)
         if label:
             self._label(label, strong, place)
 
-    def _link(self, obj, place):
+    def link(self, obj, place):
         self.scene.collection.objects.link(obj)
         obj.location = place
 
-    def _mesh(self, positions):
+    def mesh(self, positions):
         mesh = bpy.data.meshes.new("Pose")
         mesh.from_pydata(np.asarray(positions, dtype=float).tolist(), [], self.faces.tolist())
         mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
@@ -62,12 +62,12 @@ class Strip:
         towards = self.turn @ Vector((0.0, 0.0, BEFORE * unit))
         at = place + Vector(centre) + towards
         ring, ball = (0.0145, 0.0112) if kind != "FREE" else (0.0105, 0.0078)
-        self._link(_ball(unit * ring, (1.0, 1.0, 1.0)), at - towards * 0.1)
-        self._link(_ball(unit * ball, KIND_COLOURS[kind]), at)
+        self.link(ball(unit * ring, (1.0, 1.0, 1.0)), at - towards * 0.1)
+        self.link(ball(unit * ball, KIND_COLOURS[kind]), at)
         if turn is not None:
             for axis, colour in enumerate(((0.8, 0.1, 0.1), (0.1, 0.55, 0.1), (0.1, 0.2, 0.85))):
                 tip = Vector(np.asarray(turn)[:, axis]) * unit * 0.075
-                self._link(_rod(tip, unit * 0.004, colour), at - towards * 0.05)
+                self.link(_rod(tip, unit * 0.004, colour), at - towards * 0.05)
 
     def _label(self, words, strong, place):
         size, colour = (0.064, INK) if strong else (0.056, SOFT)
@@ -85,8 +85,8 @@ class Strip:
         mesh = bpy.data.meshes.new_from_object(source)
         bpy.data.objects.remove(source)
         bpy.data.curves.remove(text)
-        written = _painted(mesh, colour)
-        self._link(written, place)
+        written = painted(mesh, colour)
+        self.link(written, place)
         written.rotation_euler = self.turn.to_euler()
 
     def render(self, path, tile_pixels, title=""):
@@ -100,7 +100,7 @@ class Strip:
         render.resolution_x = tile_pixels * self.columns
         render.resolution_y = round(render.resolution_x * height / width)
         render.filepath = str(path)
-        self._workbench()
+        self.workbench()
         bpy.ops.render.render(write_still=True, scene=self.scene.name)
 
     def _title(self, words, head):
@@ -118,11 +118,11 @@ class Strip:
             head - (height - self.height) / 2.0,
             50.0 * self.width,
         )
-        self._link(camera, self.turn @ Vector(middle))
+        self.link(camera, self.turn @ Vector(middle))
         camera.rotation_euler = self.turn.to_euler()
         self.scene.camera = camera
 
-    def _workbench(self):
+    def workbench(self):
         scene = self.scene
         scene.render.engine = "BLENDER_WORKBENCH"
         scene.render.image_settings.color_mode = "RGB"
@@ -137,13 +137,13 @@ class Strip:
         shading.show_specular_highlight = True
 
 
-def _ball(radius, colour):
+def ball(radius, colour):
     mesh = bpy.data.meshes.new("Dot")
     shape = bmesh.new()
     bmesh.ops.create_icosphere(shape, subdivisions=2, radius=radius)
     shape.to_mesh(mesh)
     shape.free()
-    return _painted(mesh, colour)
+    return painted(mesh, colour)
 
 
 def _rod(tip, radius, colour):
@@ -162,10 +162,10 @@ def _rod(tip, radius, colour):
     )
     shape.to_mesh(mesh)
     shape.free()
-    return _painted(mesh, colour)
+    return painted(mesh, colour)
 
 
-def _painted(mesh, colour):
+def painted(mesh, colour):
     layer = mesh.color_attributes.new("Colour", "FLOAT_COLOR", "POINT")
     layer.data.foreach_set("color", [*colour, 1.0] * len(mesh.vertices))
     return bpy.data.objects.new(mesh.name, mesh)

@@ -182,7 +182,7 @@ def _draw_shapes(owner, state, drawn):
 
 
 def _make_shapes(owner, state):
-    """One batch of all shapes, in the world: each stands on its place in the plane, turned as the
+    """One batch of all shapes, in the world: each at its place in the plane, turned as the
     character is."""
     count = owner.exemplar_sequence.shape_count
     rest = versions.get_mesh_positions(owner.data)
@@ -205,9 +205,9 @@ def _make_shapes(owner, state):
     unit = float(numpy.linalg.norm(plane[:3, :3], axis=0)[:2].mean())
     places, colours, triangles = [], [], []
     for number, cell in enumerate(grid):
-        foot = plane[:3, :3] @ (*cell.centre, 0.0) + plane[:3, 3]
+        place = plane[:3, :3] @ (*cell.centre, 0.0) + plane[:3, 3]
         scale = FILLS * cell.size * unit / size
-        places.append(foot + scale * (cell.positions - middle))
+        places.append(place + scale * (cell.positions - middle))
         colours.append(thumbnails.shaded(cell.positions, faces, LIGHT, SHAPE))
         triangles.append(faces + number * len(chosen))
     return batch_for_shader(
@@ -222,11 +222,10 @@ def _make_shapes(owner, state):
 
 
 def _frame(turn, positions):
-    """What stands on the place in the plane, and how large a character is: the middle of its feet,
-    and its longest side."""
+    """The middle of a character, and its longest side."""
     turned = positions @ turn.T
     low, high = turned.min(axis=0), turned.max(axis=0)
-    return numpy.array([*(low + high)[:2] / 2, low[2]]), max(float((high - low).max()), 1e-9)
+    return (low + high) / 2, max(float((high - low).max()), 1e-9)
 
 
 def _redraw_later():

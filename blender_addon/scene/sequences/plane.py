@@ -3,9 +3,12 @@
 playhead. Their coordinates are those of the pose plane; the plane's scale makes them visible.
 """
 
+import math
+
 import bmesh
 import bpy
 import numpy
+from mathutils import Vector
 
 from ...native import ExemplarError
 from . import polygon
@@ -34,18 +37,12 @@ def create(owner, points, marks, pinned, cyclic):
     _place(owner, data.plane, marks)
     _write_new_polygon(data.curve.data, points, cyclic)
     _write_new_marks(data.marks.data, marks, pinned)
-    scale = data.plane.scale[0]
     data.plane.empty_display_size = 0.12 * extent(marks)
     data.playhead.empty_display_size = 0.03 * extent(marks)
-    data.playhead.location = (*points_start(points, cyclic), 0.0)
+    data.playhead.location = (*points[0], 0.0)
     data.playhead.lock_location[2] = True
     data.playhead.lock_rotation = data.playhead.lock_scale = (True,) * 3
-    data.playhead.show_name = scale > 0
     return collection
-
-
-def points_start(points, cyclic):
-    return points[0] if not cyclic else points[0]
 
 
 def _empty(collection, name, kind, parent):
@@ -70,25 +67,19 @@ def extent(marks):
 
 
 def _place(owner, plane, marks):
-    """On the floor beside the character, as large as it is."""
-    corners = numpy.array([owner.matrix_world @ _vector(corner) for corner in owner.bound_box])
+    """Upright beside the character, and as large as it is: the front view shows both."""
+    corners = numpy.array([owner.matrix_world @ Vector(corner) for corner in owner.bound_box])
     size = max(float(numpy.ptp(corners, axis=0).max()), 1e-6)
     scale = SIZE * size / extent(marks)
     plane.scale = (scale,) * 3
     low, high = corners.min(axis=0), corners.max(axis=0)
-    left = float(marks[:, 0].min())
-    middle = float(marks[:, 1].min() + marks[:, 1].max()) / 2
+    plane.rotation_euler.x = math.pi / 2
+    left, middle = marks[:, 0].min(), (marks[:, 1].min() + marks[:, 1].max()) / 2
     plane.location = (
         high[0] + 0.35 * size - scale * left,
-        (low[1] + high[1]) / 2 - scale * middle,
-        low[2],
+        (low[1] + high[1]) / 2,
+        (low[2] + high[2]) / 2 - scale * middle,
     )
-
-
-def _vector(corner):
-    from mathutils import Vector
-
-    return Vector(corner)
 
 
 def _write_new_polygon(mesh, points, cyclic):
