@@ -15,6 +15,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 import area_amrap  # noqa: E402
 import area_blender  # noqa: E402
 import area_cone  # noqa: E402
+import area_rigidity  # noqa: E402
 import area_rotation  # noqa: E402
 import area_skin  # noqa: E402
 import area_sweep  # noqa: E402
@@ -23,6 +24,7 @@ from measure import HEADER, Bench  # noqa: E402
 
 AREAS = (
     area_amrap,
+    area_rigidity,
     area_weights,
     area_cone,
     area_rotation,

@@ -225,3 +225,39 @@ def _turn(points, angle):
         ],
         axis=1,
     )
+
+
+def box_bar(across, along):
+    """The surface of a bar of `across` x `across` x `along` cubes, 1 thick, along x: as Sorkine and
+    Alexa's and Chen et al.'s bars are."""
+    sides = {}
+    positions, triangles = [], []
+
+    def vertex(*place):
+        if place not in sides:
+            sides[place] = len(positions)
+            positions.append(place)
+        return sides[place]
+
+    def quad(a, b, c, d):
+        triangles.extend([(a, b, c), (a, c, d)])
+
+    for i in range(along):
+        for j in range(across):
+            for k, turned in ((0, False), (across, True)):
+                floor = [vertex(i, j, k), vertex(i, j + 1, k), vertex(i + 1, j + 1, k)]
+                floor.append(vertex(i + 1, j, k))
+                wall = [vertex(i, k, j), vertex(i + 1, k, j), vertex(i + 1, k, j + 1)]
+                wall.append(vertex(i, k, j + 1))
+                quad(*(floor[::-1] if turned else floor))
+                quad(*(wall[::-1] if turned else wall))
+    for j in range(across):
+        for k in range(across):
+            for i, turned in ((0, False), (along, True)):
+                end = [vertex(i, j, k), vertex(i, j, k + 1), vertex(i, j + 1, k + 1)]
+                end.append(vertex(i, j + 1, k))
+                quad(*(end[::-1] if turned else end))
+    return (
+        numpy.array(positions, numpy.float32) / across,
+        numpy.array(triangles, numpy.uint32),
+    )
