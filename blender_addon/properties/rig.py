@@ -5,6 +5,7 @@ import bpy
 
 from ..scene.deformers import TYPES
 from .amrap import AmrapProperties
+from .blended import BlendedProperties
 from .exemplars import OVERRIDABLE, ExemplarItem, tag_owner
 from .handles import HandleItem
 from .rigidity import RigidityProperties
@@ -49,6 +50,7 @@ class RigProperties(bpy.types.PropertyGroup):
         update=tag_owner,
     )
     amrap: bpy.props.PointerProperty(type=AmrapProperties, override=OVERRIDABLE)
+    blended: bpy.props.PointerProperty(type=BlendedProperties, override=OVERRIDABLE)
     rigidity: bpy.props.PointerProperty(type=RigidityProperties, override=OVERRIDABLE)
 
     bound: bpy.props.BoolProperty(options={"HIDDEN"}, override=OVERRIDABLE)

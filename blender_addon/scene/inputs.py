@@ -93,9 +93,9 @@ def _gather(obj, type_, settings, keys, items, kinds, radii):
 
 
 def _enabled_keys(obj, type_):
-    if not type_.exemplars_needed:
+    if not type_.takes_exemplars:
         return []
-    if not meshes.exemplar_keys(obj):
+    if type_.exemplars_needed and not meshes.exemplar_keys(obj):
         raise ExemplarError(
             f"'{obj.name}' has no shape keys. Sculpt its poses as shape keys first: "
             "Object Data Properties, Shape Keys."

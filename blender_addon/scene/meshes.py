@@ -86,11 +86,6 @@ def group_weights(obj, name):
     weights = numpy.zeros(len(obj.data.vertices), numpy.float32)
     group = obj.vertex_groups.get(name)
     if group is not None:
-        try:
-            # Three times as fast; but it raises for a vertex that is not in the group.
-            return numpy.array([group.weight(v) for v in range(len(weights))], numpy.float32)
-        except RuntimeError:
-            pass
         for vertex in obj.data.vertices:
             for element in vertex.groups:
                 if element.group == group.index:

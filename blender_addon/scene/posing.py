@@ -5,7 +5,7 @@ import bpy
 import numpy
 
 from ..native import Element, ExemplarError, Kind
-from . import bindings, deformers, fingerprint, handles, inputs, meshes, solving, versions
+from . import bindings, fingerprint, handles, inputs, meshes, solving, versions
 
 # Of the mesh's size: how well two handles have to mirror each other to be a pair.
 PAIR_MISFIT = 0.03
@@ -15,7 +15,7 @@ def to_exemplar(obj, name):
     """Move the empties to where exemplar `name` has their handles. Returns the names of empties
     that are moved by something else, which may take them back."""
     state = bindings.ensure(obj)
-    if deformers.bound(obj).exemplars_needed:
+    if fingerprint.names(obj):
         return _move(obj, _pose_of_exemplar(obj, state, name))
     return _move(obj, _pose_of_key(obj, name))
 

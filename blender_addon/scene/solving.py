@@ -22,6 +22,7 @@ PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
 class SolveResult:
     positions: numpy.ndarray  # float32 [V][3], in the object's space
     report: SolveReport
+    note: str  # what else the solve found, for the status line
     blend_average: Any  # float64 [S], sums to 1; None for kinds that do not blend
 
 
@@ -83,8 +84,9 @@ def run(obj, state, inputs, stateless):
     try:
         with deformer.lock:
             report = type_.solve(deformer, targets, inputs.settings, stateless)
+            note = type_.note(deformer, inputs.settings)
             blend = type_.blend_average(deformer)
-            result = SolveResult(deformer.positions(), report, blend)
+            result = SolveResult(deformer.positions(), report, note, blend)
     except ExemplarError as error:
         raise named(obj, error) from error
     if stateless:

@@ -114,9 +114,13 @@ def _describe_bound(obj):
 
 
 def _describe_result(state):
-    if state.result.report.warning:
-        return Line("CHECKMARK", "Following; Tolerance not reached.")
-    return Line("CHECKMARK", "Following.")
+    report, note = state.result.report, state.result.note
+    said = f"Following ({note})" if note else "Following"
+    if report.warning and not report.converged:
+        return Line("CHECKMARK", f"{said}; Tolerance not reached.")
+    if report.warning:
+        return Line("INFO", f"{said}. Note: {report.warning}.")
+    return Line("CHECKMARK", f"{said}.")
 
 
 def pending(obj):

@@ -8,10 +8,12 @@ ui/settings/ (what the panel shows), and a line in each of their tables.
 
 from .. import fingerprint
 from .amrap import Amrap
+from .blended import Blended
 from .rigidity import Rigidity
 
 ALL = (
     Amrap(),
+    Blended(),
     Rigidity(),
 )
 TYPES = {type_.identifier: type_ for type_ in ALL}

@@ -23,7 +23,8 @@ class DeformerType:
     identifier = ""  # in files: a value of RigProperties.deformer
     label = ""
     description = ""
-    exemplars_needed = 2  # 0: it takes none, and shape keys may be edited freely
+    exemplars_needed = 2
+    takes_exemplars = True  # False: shape keys may be edited freely
     handles_needed = 2
 
     # ------------------------------------------------------------------------------------- bind
@@ -67,3 +68,7 @@ class DeformerType:
     def blend_average(self, deformer):
         """float64 [S], sums to 1; None for kinds that do not blend."""
         return None
+
+    def note(self, deformer, settings):
+        """What the last solve found beside positions, in a word or two for the status line."""
+        return ""

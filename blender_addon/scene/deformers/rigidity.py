@@ -21,6 +21,7 @@ class Rigidity(DeformerType):
         "stiff"
     )
     exemplars_needed = 0
+    takes_exemplars = False
     handles_needed = 1
 
     def bind_settings(self, obj):

@@ -6,10 +6,11 @@
     draw_advanced(layout, obj)   what one seldom turns
 """
 
-from . import amrap, rigidity
+from . import amrap, blended, rigidity
 
 DRAWN_BY = {
     "AMRAP": amrap,
+    "BLENDED": blended,
     "RIGIDITY": rigidity,
 }
 
