@@ -49,6 +49,7 @@ class State:
     changed_at: float = 0.0
     stateless_seconds: float = 0.0
     result: Any = None  # the last SolveResult
+    answers: Any = None  # what was asked for then
     solves: int = 0
 
     def forget_shown(self):
@@ -189,6 +190,7 @@ def install(obj, gathered, deformer, warnings):
         state.verified = True
         state.problem = state.mismatch = None
         state.forget_shown()
+        state.answers = None
     prune()
 
 
