@@ -129,7 +129,7 @@ def check(obj, path):
         worst = max(worst, float(difference.max()))
         seconds.append(result.report.seconds)
         residual = max(residual, result.report.constraint_residual)
-        unsettled += not result.report.converged
+        unsettled += result.report.capped
     diagonal = float(np.linalg.norm(np.ptp(baked[0], axis=0)))
     median = 1e3 * float(np.median(seconds))
     print(

@@ -31,13 +31,13 @@ class Strip:
         self.turn = turn.to_matrix()
         self.scene = bpy.data.scenes.new("Strip")
 
-    def add(self, positions, label="", strong=False, dots=()):
-        """dots: (place [3], kind, turn [3][3] or None)"""
+    def add(self, positions, label="", strong=False, dots=(), colours=None):
+        """dots: (place [3], kind, turn [3][3] or None); colours [V][3] instead of the strip's"""
         column, row = len(self.tiles) % self.columns, len(self.tiles) // self.columns
         self.tiles.append(label)
         place = self.turn @ Vector((column * self.width, -row * self.height, 0.0))
         place -= Vector(self.look.centre)
-        self.link(self.mesh(positions), place)
+        self.link(self.mesh(positions, colours), place)
         for dot in dots:
             self._dot(place, *dot)
         if label:
@@ -47,12 +47,14 @@ class Strip:
         self.scene.collection.objects.link(obj)
         obj.location = place
 
-    def mesh(self, positions):
+    def mesh(self, positions, colours=None):
+        """colours [V][3] instead of the strip's"""
         mesh = bpy.data.meshes.new("Pose")
         mesh.from_pydata(np.asarray(positions, dtype=float).tolist(), [], self.faces.tolist())
         mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
         mesh.update()
-        colours = np.hstack([self.colours, np.ones((len(self.colours), 1))])
+        colours = self.colours if colours is None else colours
+        colours = np.hstack([colours, np.ones((len(colours), 1))])
         layer = mesh.color_attributes.new("Colour", "FLOAT_COLOR", "POINT")
         layer.data.foreach_set("color", colours.ravel())
         return bpy.data.objects.new("Pose", mesh)

@@ -36,6 +36,11 @@ class SolveReport:
     history: numpy.ndarray = field(repr=False)
     warning: str  # "" or a sentence
 
+    @property
+    def capped(self):
+        """Whether a tolerance was asked for, and the iteration cap came first."""
+        return bool(self.warning) and not self.converged
+
 
 def given(settings):
     """{field: value} of a settings dataclass; None stands for the library's default."""

@@ -109,10 +109,14 @@ def key_all(obj, frame):
         if item.empty.library is not None:
             linked.append(item.empty.name)
             continue
-        for path in _keyed_paths(item):
-            item.empty.keyframe_insert(path, frame=frame)
+        key_handle(item, frame)
         keyed += 1
     return keyed, linked
+
+
+def key_handle(item, frame):
+    for path in _keyed_paths(item):
+        item.empty.keyframe_insert(path, frame=frame)
 
 
 def _keyed_paths(item):

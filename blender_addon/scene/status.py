@@ -116,7 +116,7 @@ def _describe_bound(obj):
 def _describe_result(state):
     report, note = state.result.report, state.result.note
     said = f"Following ({note})" if note else "Following"
-    if report.warning and not report.converged:
+    if report.capped:
         return Line("CHECKMARK", f"{said}; Tolerance not reached.")
     if report.warning:
         return Line("INFO", f"{said}. Note: {report.warning}.")

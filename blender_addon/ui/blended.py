@@ -19,7 +19,17 @@ class EXEMPLAR_PT_blended(Section, bpy.types.Panel):
         return deformers.current(rigs.active_rig(context)).identifier == "BLENDED"
 
     def draw(self, _context):
-        self.layout.operator("exemplar.skin_to_groups", text="Skin to Groups", icon="GROUP_VERTEX")
+        layout = self.layout
+        column = layout.column(align=True)
+        one = column.operator(
+            "exemplar.interpolate", text="Interpolate Here", icon="IPO_EASE_IN_OUT"
+        )
+        one.all_keys = False
+        every = column.operator(
+            "exemplar.interpolate", text="Interpolate All Keys", icon="IPO_BEZIER"
+        )
+        every.all_keys = True
+        layout.operator("exemplar.skin_to_groups", text="Skin to Groups", icon="GROUP_VERTEX")
 
 
 classes = (EXEMPLAR_PT_blended,)

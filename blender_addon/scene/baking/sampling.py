@@ -25,7 +25,7 @@ def sampler(obj):
 
 def _solved(obj, depsgraph):
     solved = solving.solve(obj, depsgraph, stateless=True)
-    return Sample(solved.positions, solved.report.converged, solved.report.iterations)
+    return Sample(solved.positions, not solved.report.capped, solved.report.iterations)
 
 
 def can_be_baked(obj):
