@@ -15,6 +15,8 @@ from ..native import ExemplarError, Kind
 from . import bindings, deformers, handles, posing, solving, versions
 from .baking.frames import walk
 
+# A handle that two poses have in one place, up to this share of the mesh's size, stays there.
+STAYS = 1e-4
 PATHS = {"location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale"}
 
 
@@ -95,7 +97,8 @@ def find(obj, scene, depsgraph_of, keyed):
     state = bindings.ensure(obj)
     deformer = state.deformer
     total = keyed[-1] - keyed[0] + 1
-    keys = []
+    counts = numpy.array([item.bound_kind != Kind.FREE for item in handles.bound_items(obj)])
+    keys, held = [], []
     with closing(walk(scene, keyed)) as frames:
         for frame in frames:
             # The handlers of the frame change may have done other solves with it.
@@ -104,6 +107,7 @@ def find(obj, scene, depsgraph_of, keyed):
                 inputs = solving.read_inputs(obj, state, depsgraph_of())
                 solving.run(obj, state, inputs, stateless=True)
                 keys.append(deformer.key())
+                held.append(numpy.frombuffer(inputs.targets).reshape(-1, 3, 4))
             yield len(keys) / (len(keyed) + total), f"pose of frame {frame}"
     between = [frame for frame in range(keyed[0], keyed[-1]) if frame not in keyed]
     found = Between(between, [], [])
@@ -111,10 +115,35 @@ def find(obj, scene, depsgraph_of, keyed):
         with deformer.lock:
             state.answers = None  # the deformer's last result is another's from here on
             deformer.interpolate(keys, keyed, frame)
-            found.targets.append(deformer.result_pose())
-            found.positions.append(deformer.positions())
+            targets, positions = deformer.result_pose(), deformer.positions()
+        before = numpy.searchsorted(keyed, frame) - 1
+        near = STAYS * _size(positions)
+        stays = counts & (_steps(held[before], held[before + 1]) <= near)
+        shift = _hold(targets, held[before], stays)
+        found.targets.append(targets)
+        found.positions.append(positions + shift.astype(numpy.float32))
         yield (len(keyed) + done) / (len(keyed) + total), f"frame {frame}"
     return found
+
+
+def _steps(before, after):
+    """How far each handle goes from one pose to the next."""
+    return numpy.linalg.norm(after[:, :, 3] - before[:, :, 3], axis=1)
+
+
+def _hold(targets, before, stays):
+    """The pose as a whole turns about its own middle, and would take a foot along that stands still
+    in both poses: move it back. Changes `targets`; returns by how much all was moved."""
+    if not stays.any():
+        return numpy.zeros(3)
+    shift = (before[stays, :, 3] - targets[stays, :, 3]).mean(axis=0)
+    targets[:, :, 3] += shift
+    targets[stays, :, 3] = before[stays, :, 3]
+    return shift
+
+
+def _size(positions):
+    return float(numpy.linalg.norm(numpy.ptp(positions, axis=0))) or 1.0
 
 
 def write(obj, scene, found):
@@ -127,7 +156,7 @@ def write(obj, scene, found):
             scene.frame_set(frame)
             shown = solving.solve(obj).positions
             worst = max(worst, float(numpy.linalg.norm(shown - positions, axis=1).max()))
-            size = float(numpy.linalg.norm(numpy.ptp(positions, axis=0))) or 1.0
+            size = _size(positions)
     return worst / size
 
 

@@ -13,7 +13,7 @@ sys.path.insert(0, os.path.dirname(__file__))
 import addon_support as support  # noqa: E402
 from addon_support import SceneCase, bindings, level  # noqa: E402
 from blender_addon import native  # noqa: E402
-from blender_addon.scene import inputs, meshes, solving, status  # noqa: E402
+from blender_addon.scene import inputs, interpolation, meshes, solving, status  # noqa: E402
 from blender_addon.scene.baking import job, pc2  # noqa: E402
 
 
@@ -67,9 +67,10 @@ class Solving(SceneCase):
             self.assertClose(support.visible(bar), support.key(bar, name), 0.02, name)
 
     def test_settings_count(self):
-        # Few rounds: after many the first guess has been forgotten.
+        # Few rounds: after many the first guess has been forgotten. And a pose that no exemplar is
+        # near to, or it is found from there and not from the guess.
         bar, empties = make(average_iterations=0, minimal_iterations=1, final_iterations=1)
-        empties[2].location = (0.7, 0.6, 2.0)
+        empties[2].location = (-1, 0, -0.5)
         support.update()
         for setting, value in (
             ("constraint_weight", 1.0),
@@ -251,6 +252,146 @@ class Skinning(SceneCase):
         self.assertClose(rebuilt, pose, 0.12)
 
 
+class Interpolation(SceneCase):
+    def keyed(self, places, frames=(1, 9), turns=None, **settings):
+        """A bar whose top is at `places` on `frames`."""
+        bar, empties = make(kinds=("ORIENTED", "FREE", "ORIENTED"), **settings)
+        for number, (frame, place) in enumerate(zip(frames, places)):
+            empties[2].location = place
+            if turns:
+                empties[2].rotation_euler.y = turns[number]
+            support.activate(bar)
+            self.scene.frame_set(frame)
+            empties[2].location = place
+            if turns:
+                empties[2].rotation_euler.y = turns[number]
+            bpy.ops.exemplar.key_all()
+        self.scene.frame_start, self.scene.frame_end = frames[0], frames[-1]
+        return bar, empties
+
+    def at(self, bar, frame):
+        self.scene.frame_set(frame)
+        return support.visible(bar)
+
+    def test_frames_between_are_the_librarys(self):
+        bar, _ = self.keyed([(0, 0, 2.4), (1.3, 0, 1.2)], turns=(0, 1.2))
+        ends = {frame: self.at(bar, frame) for frame in (1, 9)}
+        deformer = bindings.state_of(bar).deformer
+        keys = []
+        for frame in (1, 9):
+            self.scene.frame_set(frame)
+            solving.solve(bar)
+            keys.append(deformer.key())
+        expected = {}
+        for frame in range(2, 9):
+            deformer.interpolate(keys, [1, 9], frame)
+            foot = deformer.result_pose()[0, :, 3]
+            expected[frame] = deformer.positions() - foot.astype(numpy.float32)  # it stands still
+        self.scene.frame_set(4)
+        support.activate(bar)
+        bpy.ops.exemplar.interpolate()
+        self.assertEqual(self.scene.frame_current, 4)
+        self.assertEqual(interpolation.keyed_frames(bar), list(range(1, 10)))
+        for frame in (1, 9):
+            self.assertClose(self.at(bar, frame), ends[frame], 1e-5)
+        size = numpy.linalg.norm(numpy.ptp(ends[1], axis=0))
+        for frame in range(2, 9):
+            self.assertClose(self.at(bar, frame), expected[frame], 0.05 * size, frame)
+
+    def test_parts_turn_and_do_not_shrink(self):
+        """The whole bar turned by a quarter: half way it has turned by an eighth. On the straight
+        line between its two places its top would come nearer."""
+        turn, height = numpy.pi / 2, support.HEIGHT
+        bar, empties = make(kinds=("ORIENTED", "FREE", "ORIENTED"))
+        support.activate(bar)
+        for frame, angle in ((1, 0.0), (9, turn)):
+            self.scene.frame_set(frame)
+            empties[2].location = (height * numpy.sin(angle), 0, height * numpy.cos(angle))
+            for empty in (empties[0], empties[2]):
+                empty.rotation_euler.y = angle
+            bpy.ops.exemplar.key_all()
+        straight = height * numpy.cos(turn / 2)
+        self.assertAlmostEqual(self._length(empties[2], 5), straight, 2)
+        bpy.ops.exemplar.interpolate()
+        self.assertAlmostEqual(self._length(empties[2], 5), height, 2)
+        place = empties[2].matrix_world.translation
+        self.assertAlmostEqual(numpy.arctan2(place.x, place.z), turn / 2, 2)
+        self.assertAlmostEqual(empties[2].rotation_euler.y, turn / 2, 2)
+
+    def _length(self, empty, frame):
+        self.scene.frame_set(frame)
+        return empty.matrix_world.translation.length
+
+    def test_all_keys(self):
+        places = [(0, 0, 2.4), (1.2, 0, 1.4), (0.3, 0.8, 2.0)]
+        bar, _ = self.keyed(places, (1, 7, 13))
+        poses = {frame: self.at(bar, frame) for frame in (1, 7, 13)}
+        support.activate(bar)
+        bpy.ops.exemplar.interpolate(all_keys=True)
+        self.assertEqual(interpolation.keyed_frames(bar), list(range(1, 14)))
+        for frame in poses:
+            self.assertClose(self.at(bar, frame), poses[frame], 1e-5)
+
+    def test_only_the_frames_about_the_current_one(self):
+        bar, _ = self.keyed([(0, 0, 2.4), (1.2, 0, 1.4), (0.3, 0.8, 2.0)], (1, 7, 13))
+        support.activate(bar)
+        self.scene.frame_set(9)
+        bpy.ops.exemplar.interpolate()
+        self.assertEqual(interpolation.keyed_frames(bar), [1, *range(7, 14)])
+
+    def test_it_can_be_baked(self):
+        bar, _ = self.keyed([(0, 0, 2.4), (1.2, 0, 1.4)])
+        support.activate(bar)
+        bpy.ops.exemplar.interpolate()
+        expected = {frame: self.at(bar, frame) for frame in range(1, 10)}
+        with tempfile.TemporaryDirectory() as folder:
+            path = str(Path(folder) / "bar.pc2")
+            settings = job.Settings("PC2", 1, 9, filepath=path, use_modifier=False)
+            list(job.run(bar, self.scene, bpy.context.view_layer, settings))
+            _, samples = pc2.read(path)
+        for frame, sample in zip(expected, samples):
+            self.assertClose(sample, expected[frame], 1e-6)
+
+    def test_stopped_on_its_way(self):
+        bar, _ = self.keyed([(0, 0, 2.4), (1.2, 0, 1.4)])
+        self.scene.frame_set(4)
+        shown = support.visible(bar)
+        steps = interpolation.find(bar, self.scene, support.depsgraph, [1, 9])
+        for _ in range(4):
+            next(steps)
+        steps.close()
+        self.assertEqual(self.scene.frame_current, 4)
+        self.assertEqual(interpolation.keyed_frames(bar), [1, 9])
+        support.update()
+        self.assertClose(support.solved(bar), shown, 1e-5)
+
+    def refuses(self, part, bar, **options):
+        support.activate(bar)
+        self.assertFails(part, bpy.ops.exemplar.interpolate, **options)
+
+    def test_one_key(self):
+        bar, _ = self.keyed([(0, 0, 2.4)], (1,))
+        self.refuses("no two keyed poses", bar)
+
+    def test_no_frame_between(self):
+        bar, _ = self.keyed([(0, 0, 2.4), (1.2, 0, 1.4)], (1, 2))
+        self.refuses("no frame to fill between 1 and 2", bar)
+
+    def test_keys_outside_of_the_range(self):
+        bar, _ = self.keyed([(0, 0, 2.4), (1.2, 0, 1.4)])
+        self.scene.frame_start = 5
+        self.refuses("no two keyed poses", bar, all_keys=True)
+
+    def test_constraints_would_win(self):
+        bar, empties = self.keyed([(0, 0, 2.4), (1.2, 0, 1.4)])
+        empties[2].constraints.new("COPY_LOCATION")
+        self.refuses("moved by constraints", bar)
+
+    def test_another_deformer(self):
+        bar, _ = support.make_rig()
+        self.refuses("what the deformer Blended does", bar)
+
+
 class BadInput(SceneCase):
     def test_no_handle(self):
         bar = support.make_bar()
@@ -264,10 +405,14 @@ class BadInput(SceneCase):
         bpy.ops.exemplar.bind()
         self.assertEqual(bindings.state_of(bar).deformer.info.exemplar_count, 1)
 
-    def test_identical_exemplars_are_told(self):
-        bar, _ = make(poses={"Bend": support.pose_bend, "Copy": support.pose_bend})
-        texts = " ".join(line.text for line in status.describe(bar))
-        self.assertIn("exemplar", texts)
+    def test_identical_exemplars(self):
+        first, one = make("One", poses={"Bend": support.pose_bend})
+        second, two = make("Two", poses={"Bend": support.pose_bend, "Copy": support.pose_bend})
+        for empties in (one, two):
+            empties[2].location = (0.6, 0, 2.1)
+        support.update()
+        self.assertEqual(support.problem(second), "")
+        self.assertClose(support.visible(second), support.visible(first), 0.05)
 
     def test_weights_need_a_skeleton(self):
         bar, _ = make()
@@ -284,8 +429,6 @@ class BadInput(SceneCase):
         bar.exemplar.deformer = "BLENDED"
         empty = support.add_handle(bar, level(0))
         bpy.ops.exemplar.bind()
-        texts = " ".join(line.text for line in status.describe(bar))
-        self.assertIn("open", texts)
         empty.location.x += 1
         support.update()
         self.assertClose(support.visible(bar), support.bar_positions() + (1, 0, 0), 0.05)
