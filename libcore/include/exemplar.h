@@ -763,9 +763,14 @@ EXM_API exm_status exm_rigidity_learn(const exm_mesh *mesh, const float *poses, 
  */
 typedef struct exm_sequence exm_sequence;
 
-/** What the shape signal is linear in [SEQ, section 5]. */
+/** What the shape signal is linear in [SEQ, section 5], and of how many numbers. 6 and 3 count for every connected part
+ *  of the mesh, E edges. Coordinates are scaled so that errors and distances compare with those of positions. */
 typedef enum exm_shape_space {
-  EXM_SHAPE_POSITIONS = 0 /* vertex coordinates, 3 V */
+  EXM_SHAPE_POSITIONS = 0,                 /* vertex coordinates, 3 V */
+  EXM_SHAPE_GRADIENTS = 1,                 /* deformation gradients: rotation and stretch of triangles, 9 F + 3 */
+  EXM_SHAPE_LINEAR_ROTATION_INVARIANT = 2, /* discrete forms, 3 E + 6; the mesh must be manifold */
+  EXM_SHAPE_LENGTHS_ANGLES = 3,            /* edge lengths and dihedral angles, 2 E + 6 */
+  EXM_SHAPE_PATCHES = 4                    /* gradients relative to patches, those to each other: 9 F, 3 a pair, 6 */
 } exm_shape_space;
 
 /**
@@ -897,7 +902,8 @@ EXM_API exm_status exm_sequence_evaluate(exm_sequence *sequence, double time, fl
 EXM_API exm_status exm_sequence_evaluate_f64(exm_sequence *sequence, double time, double *positions);
 
 /** The order-th derivative of the positions in time, [V][3] in units per frame^order; order 1 or 2. The first is
- *  continuous, the second may jump at frames, where the one of what follows is given. Zero where a frame is held. */
+ *  continuous. The second is the difference of the first a hundredth of a frame to either side: a thin plate's
+ * curvature is unbounded at its sites, and the time signal's jumps at frames. Zero where a frame is held. */
 EXM_API exm_status exm_sequence_derivative(exm_sequence *sequence, double time, int32_t order, double *derivative);
 
 /** The shape at any point of a window's pose plane. point [2] finite; positions [V][3] out. */

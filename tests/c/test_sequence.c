@@ -41,6 +41,46 @@ TEST(upper_limits_give_every_frame_back)
   }
 }
 
+TEST(upper_limits_are_exact_in_every_shape_space)
+{
+  for (int32_t space = 1; space < 5; space++) {
+    walk w;
+    test_about("shape space %d", space);
+    walk_begin(&w, 14, 9.3);
+    exm_sequence *sequence = walk_sequence(&w, space);
+    exm_sequence_fit_settings const settings = walk_settings(16, 14, 13);
+    CHECK_STATUS(exm_sequence_fit(sequence, &settings, NULL, NULL, NULL), EXM_OK);
+    CHECK_NEAR(walk_error(&w, sequence), 0, 1e-6);
+    double rms[14], largest[14];
+    CHECK_STATUS(exm_sequence_measure(sequence, rms, largest), EXM_OK);
+    CHECK(largest[7] < 1e-6);
+    double *before = test_array(w.size, sizeof(double)), *after = test_array(w.size, sizeof(double));
+    double *derivative = test_array(w.size, sizeof(double));
+    exm_sequence_evaluate_f64(sequence, 4.3 - 1e-4, before);
+    exm_sequence_evaluate_f64(sequence, 4.3 + 1e-4, after);
+    CHECK_STATUS(exm_sequence_derivative(sequence, 4.3, 1, derivative), EXM_OK);
+    for (size_t i = 0; i < w.size; i += 5) {
+      CHECK_NEAR(derivative[i], (after[i] - before[i]) / 2e-4, 1e-4);
+    }
+    CHECK_STATUS(exm_sequence_derivative(sequence, 4.3, 2, derivative), EXM_OK);
+    const char *path = test_file("space.exmseq", "", 0);
+    exm_sequence *loaded = NULL;
+    CHECK_STATUS(exm_sequence_save(sequence, path, NULL), EXM_OK);
+    CHECK_STATUS(exm_sequence_load(path, NULL, &loaded), EXM_OK);
+    exm_sequence_evaluate_f64(sequence, 4.3, before);
+    exm_sequence_evaluate_f64(loaded, 4.3, after);
+    for (size_t i = 0; i < w.size; i++) {
+      CHECK(before[i] == after[i]);
+    }
+    free(before);
+    free(after);
+    free(derivative);
+    exm_sequence_destroy(loaded);
+    exm_sequence_destroy(sequence);
+    walk_end(&w);
+  }
+}
+
 TEST(frames_that_repeat_are_given_back)
 {
   walk w;

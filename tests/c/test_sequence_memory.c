@@ -63,7 +63,10 @@ TEST(every_allocation_may_fail)
   snprintf(l.path, sizeof l.path, "%s", test_file("life.exmseq", "", 0));
   l.before = test_array(w.size, sizeof(float));
   l.after = test_array(w.size, sizeof(float));
-  CHECK(for_each_failed_allocation(live, &l) > 50);
+  for (l.space = 0; l.space < 5; l.space++) {
+    test_about("shape space %d", l.space);
+    CHECK(for_each_failed_allocation(live, &l) > 50);
+  }
   CHECK_STATUS(exm_sequence_fit(l.standing, NULL, NULL, NULL, NULL), EXM_OK);
   exm_sequence_evaluate(l.standing, 1.7, l.before);
   CHECK(for_each_failed_allocation(refit, &l) > 20);

@@ -18,6 +18,10 @@ from .common import ARRAY, MESH, STATUS, Progress
 
 class ShapeSpace(IntEnum):
     POSITIONS = 0
+    GRADIENTS = 1
+    LINEAR_ROTATION_INVARIANT = 2
+    LENGTHS_ANGLES = 3
+    PATCHES = 4
 
 
 class CPins(Structure):

@@ -2,11 +2,15 @@
 #include <math.h>
 #include <string.h>
 
+#include "linalg/dense.h"
 #include "sequence/sequence.h"
 
 /* Half the interval, in frames, over which velocities are compared for an acceleration: a thin plate has no second
  * derivative at its sites, and the time signal's own jumps at frames. */
 static double const ACCELERATION_REACH = 1e-2;
+
+/* Way, in frames, to either side of a time at which decoded shapes are compared for a velocity. */
+static double const DIFFERENCE_REACH = 1e-4;
 
 size_t signals_frame_count(const signals *fitted)
 {
@@ -66,25 +70,61 @@ exm_status sequence_evaluate_f64(exm_sequence *sequence, double time, double *po
   return decode(sequence, sequence->coordinates, positions);
 }
 
-exm_status sequence_derivative(exm_sequence *sequence, double time, int32_t order, double *derivative)
+/** The derivative of positions where coordinates change at a velocity: a central difference, in double precision, along
+ *  a way short enough for its error of second order. */
+static exm_status decode_derivative(exm_sequence *sequence, double *coordinates, const double *velocity,
+                                    double *derivative)
 {
-  size_t const m = sequence->fitted->shape.component_count;
-  double *velocity = sequence->more_coordinates;
-  coordinate_velocity(sequence, time, velocity);
-  if (order == 2) {
-    double const last = (double)(signals_frame_count(sequence->fitted) - 1);
-    int const is_held = !sequence->fitted->is_cyclic && (time < 0 || time > last);
-    double const reach = is_held ? 0 : ACCELERATION_REACH;
-    double const before = sequence->fitted->is_cyclic ? time - reach : fmax(time - reach, 0);
-    double const after = sequence->fitted->is_cyclic ? time + reach : fmin(time + reach, last);
-    coordinate_velocity(sequence, after, velocity);
-    coordinate_velocity(sequence, before, sequence->coordinates);
-    for (size_t k = 0; k < m; k++) {
-      velocity[k] = reach > 0 ? (velocity[k] - sequence->coordinates[k]) / (after - before) : 0;
+  size_t const m = sequence->fitted->shape.component_count, count = 3 * sequence->reference->vertex_count;
+  dense_axpy(m, DIFFERENCE_REACH, velocity, coordinates);
+  TRY(decode(sequence, coordinates, derivative));
+  dense_axpy(m, -2 * DIFFERENCE_REACH, velocity, coordinates);
+  TRY(decode(sequence, coordinates, sequence->positions));
+  for (size_t i = 0; i < count; i++) {
+    derivative[i] = (derivative[i] - sequence->positions[i]) / (2 * DIFFERENCE_REACH);
+  }
+  return EXM_OK;
+}
+
+/** The first derivative of the positions; `time` is one that the sequence has. */
+static exm_status find_velocity(exm_sequence *sequence, double time, double *velocity)
+{
+  coordinate_velocity(sequence, time, sequence->more_coordinates);
+  if (sequence->space.methods) {
+    sequence_coordinates(sequence, time, sequence->coordinates);
+    return decode_derivative(sequence, sequence->coordinates, sequence->more_coordinates, velocity);
+  }
+  pca_combine_linear(&sequence->fitted->shape, sequence->more_coordinates, velocity);
+  return EXM_OK;
+}
+
+static exm_status find_acceleration(exm_sequence *sequence, double time, double *acceleration)
+{
+  int const is_cyclic = sequence->fitted->is_cyclic;
+  size_t const count = 3 * sequence->reference->vertex_count;
+  double const last = (double)(signals_frame_count(sequence->fitted) - 1);
+  double const before = is_cyclic ? time - ACCELERATION_REACH : fmax(time - ACCELERATION_REACH, 0);
+  double const after = is_cyclic ? time + ACCELERATION_REACH : fmin(time + ACCELERATION_REACH, last);
+  arena scratch = {0};
+  double *velocity = ARENA_NEW(&scratch, double, count);
+  exm_status status = velocity ? find_velocity(sequence, before, velocity) : status_no_memory("an acceleration");
+  if (status >= 0 && (status = find_velocity(sequence, after, acceleration)) >= 0) {
+    for (size_t i = 0; i < count; i++) {
+      acceleration[i] = (acceleration[i] - velocity[i]) / (after - before);
     }
   }
-  pca_combine_linear(&sequence->fitted->shape, velocity, derivative);
-  return EXM_OK;
+  arena_release(&scratch);
+  return status;
+}
+
+exm_status sequence_derivative(exm_sequence *sequence, double time, int32_t order, double *derivative)
+{
+  double const last = (double)(signals_frame_count(sequence->fitted) - 1);
+  if (!sequence->fitted->is_cyclic && (time < 0 || time > last)) {
+    memset(derivative, 0, 3 * sequence->reference->vertex_count * sizeof(double));
+    return EXM_OK;
+  }
+  return order == 1 ? find_velocity(sequence, time, derivative) : find_acceleration(sequence, time, derivative);
 }
 
 exm_status sequence_pose(exm_sequence *sequence, size_t w, const double point[2], float *positions)

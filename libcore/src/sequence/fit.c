@@ -12,19 +12,19 @@ static double const SHAPE_SHARE = 1.0 / 3, POSE_SHARE = 2.0 / 3;
 static double as_share(const exm_sequence *sequence, const signals *fitted, double squares)
 {
   double const count = (double)fitted->shape.row_count * (double)sequence->reference->vertex_count;
-  return sequence->space.unit * sqrt(fmax(squares, 0) / count) / fitted->diagonal;
+  return sqrt(fmax(squares, 0) / count) / fitted->diagonal;
 }
 
 static double as_squares(const exm_sequence *sequence, double diagonal, double share)
 {
   double const count = (double)sequence->frame_count * (double)sequence->reference->vertex_count;
-  double const rms = share * diagonal / sequence->space.unit;
+  double const rms = share * diagonal;
   return rms * rms * count;
 }
 
 double plane_unit(const exm_sequence *sequence)
 {
-  return sequence->space.unit / sqrt((double)sequence->reference->vertex_count);
+  return 1 / sqrt((double)sequence->reference->vertex_count);
 }
 
 static exm_status fit_shape(exm_sequence *sequence, const exm_sequence_fit_settings *settings, double limit,

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Shape spaces [SEQ, section 5]: a mesh's shapes as vectors that may be added and scaled, and back to positions. */
+/* Shape spaces [SEQ, section 5]: a mesh's shapes as vectors that may be added and scaled, and back to positions. Their
+ * coordinates are scaled so that distances compare with those of positions, all coordinates of all vertices together.
+ */
 #ifndef EXM_SEQUENCE_SHAPE_SPACE_H
 #define EXM_SEQUENCE_SHAPE_SPACE_H
 
@@ -24,7 +26,6 @@ struct shape_space {
   const shape_space_methods *methods; /* NULL: positions themselves, nothing to convert */
   const mesh *reference;
   size_t dimension;
-  double unit;  /* what a coordinate is multiplied by to compare with a length: 1 for positions */
   arena memory; /* of the state */
   void *state;
 };
