@@ -58,7 +58,7 @@ class EXEMPLAR_OT_sequence_select(SequenceOperator, bpy.types.Operator):
     bl_label = "Select"
     bl_description = "Select this part of the pose space"
 
-    name: bpy.props.StringProperty(name="Object")
+    name: bpy.props.StringProperty(name="Object", description="The part of the sequence to select")
 
     def run(self, context, obj):
         part = next((p for p in owners.parts(obj) if p.name == self.name), None)

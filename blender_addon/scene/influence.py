@@ -1,14 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How much of one exemplar each region of the result is made of, as colours on the mesh."""
 
-import numpy
-
 from ..native import ExemplarError
-from . import bindings, deformers, fingerprint, live, results
+from . import bindings, colours, deformers, fingerprint, live, results
 
 ATTRIBUTE = "Exemplar Influence"
-# From nothing to all, in linear light: the colours of weight painting.
-RAMP = numpy.array([(0, 0, 0.8), (0, 0.6, 0.8), (0, 0.7, 0), (0.9, 0.8, 0), (0.9, 0, 0)])
 
 
 def weights(obj, name):
@@ -32,12 +28,7 @@ def show(obj, name):
     mesh = results.shown_object(obj).data
     if mesh.library is not None:
         raise ExemplarError(f"The mesh of '{obj.name}' is linked, and can take no colours.")
-    layer = mesh.color_attributes.get(ATTRIBUTE)
-    if layer is None:
-        layer = mesh.color_attributes.new(ATTRIBUTE, "FLOAT_COLOR", "POINT")
-    layer.data.foreach_set("color", _colours(found).ravel())
-    mesh.color_attributes.active_color = layer
-    mesh.update()
+    colours.write(mesh, ATTRIBUTE, colours.of(found))
     return float(found.min()), float(found.max())
 
 
@@ -50,12 +41,3 @@ def hide(obj):
     shown.data.color_attributes.remove(layer)
     shown.data.update()
     return True
-
-
-def _colours(shares):
-    """float32 [V][4]"""
-    steps = numpy.linspace(0, 1, len(RAMP))
-    out = numpy.ones((len(shares), 4), numpy.float32)
-    for k in range(3):
-        out[:, k] = numpy.interp(shares, steps, RAMP[:, k])
-    return out

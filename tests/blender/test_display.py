@@ -98,9 +98,13 @@ class Influence(SceneCase):
             bpy.ops.exemplar.bind()
             bpy.ops.exemplar.pose_to_exemplar(name="Bend")
             bpy.ops.exemplar.influence_show(name="Bend")
-            self.assertClose(self.colours(bar), numpy.tile(influence.RAMP[-1], (104, 1)), 1e-3)
+            self.assertClose(
+                self.colours(bar), numpy.tile(influence.colours.RAMP[-1], (104, 1)), 1e-3
+            )
             bpy.ops.exemplar.influence_show(name="Fat")
-            self.assertClose(self.colours(bar), numpy.tile(influence.RAMP[0], (104, 1)), 1e-3)
+            self.assertClose(
+                self.colours(bar), numpy.tile(influence.colours.RAMP[0], (104, 1)), 1e-3
+            )
 
     def test_hide_leaves_no_trace_and_the_artists_colours(self):
         bar, _ = support.make_rig()
