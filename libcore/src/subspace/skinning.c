@@ -451,10 +451,9 @@ void skinning_apply(const skinning *s, const double *coefficients, int thread_co
   int const threads = thread_count == 0 && work < WORTH_THREADS ? 1 : parallel_threads(thread_count);
   size_t pieces = threads == 1 ? 1 : (size_t)threads * PIECES_PER_THREAD;
   pieces = pieces < MOST_PIECES ? pieces : MOST_PIECES;
-  application a = {.skin = s,
-                   .coefficients = coefficients,
-                   .pieces = pieces < s->block_count ? pieces : s->block_count,
-                   .positions = positions};
+  application a = {
+      .skin = s, .coefficients = coefficients, .pieces = pieces < s->block_count ? pieces : s->block_count};
+  a.positions = positions;
   lay_coefficients(s, coefficients);
   parallel_for(a.pieces, threads, apply_piece, &a);
 }
