@@ -132,8 +132,6 @@ class MeshEnergy:
         self.groups = deformer.edge_groups().astype(int)
         self.group_count = deformer.info.edge_group_count
         self.edges = self.edges_of(exemplars.astype(float))  # [S][F][3][3]
-        # Single precision weights add up to one but for a rounding, which skinning keeps.
-        self.sums = deformer.weights().astype(float).sum(axis=0)[:, None]
 
     def edges_of(self, positions):
         """[...][F][3][3]: the edge opposite to each corner."""
@@ -142,7 +140,7 @@ class MeshEnergy:
 
     def by_group(self, positions, blended_edges):
         """1/2 sum c_ge |edge - blended edge|^2 for each group; blended_edges(groups of faces)."""
-        edges = self.edges_of(positions / self.sums)
+        edges = self.edges_of(positions)
         energies = numpy.zeros(self.group_count)
         for corner in range(3):
             groups = self.groups[self.faces[:, corner]]
@@ -161,7 +159,7 @@ class MeshEnergy:
 
     def fitted(self, positions, exemplar):
         """The rotations of exemplar s closest to a pose [AMRAP, eq. 7], [G][3][3]."""
-        edges = self.edges_of(positions / self.sums)
+        edges = self.edges_of(positions)
         moments = numpy.zeros((self.group_count, 3, 3))
         for corner in range(3):
             groups = self.groups[self.faces[:, corner]]

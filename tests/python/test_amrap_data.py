@@ -138,6 +138,13 @@ class Motions(unittest.TestCase):
         self.check("arkit_face")
 
 
+def _direction(drag):
+    generator = numpy.random.default_rng(3)
+    for _ in range(drag + 1):
+        direction = generator.normal(size=3)
+    return direction / numpy.linalg.norm(direction)
+
+
 class Drags(unittest.TestCase):
     def largest_ratio(self, it, path, settings):
         """Of vertex step to handle step, along a path of targets."""
@@ -194,6 +201,18 @@ class Drags(unittest.TestCase):
 
         ratios = self.ratios(it, path_of, STATELESS)
         self.assertLess(ratios[2], 1.5 * ratios[0], ratios)
+
+    def test_where_two_minima_meet_on_the_cat(self):
+        """Where iterations lead apart what begins close together, steps still shrink alike."""
+        it = bound("cat")
+        rest, pull = it.pose(5), numpy.zeros_like(it.pose(5))
+        pull[3, :, 3] = 0.35 * it.size * _direction(17)
+        ratios = []
+        for steps in (12, 48):
+            path = [rest + share * pull for share in numpy.linspace(0.72, 0.75, steps + 1)]
+            ratios.append(self.largest_ratio(it, path, STATELESS))
+        self.assertLess(ratios[1], 1.2 * ratios[0], ratios)
+        self.assertLess(ratios[1], 40)
 
     def test_one_handle_of_the_lion(self):
         self.check_one_handle("lion")

@@ -97,7 +97,7 @@ static int32_t chosen_iterations(const exm_amrap_solve_settings *settings)
   if (settings->tolerance > 0) {
     return 200;
   }
-  return settings->start == EXM_START_WARM ? 1 : 10;
+  return settings->start == EXM_START_WARM ? 1 : 5;
 }
 
 static amrap_deformer *amrap_of(exm_deformer *deformer)

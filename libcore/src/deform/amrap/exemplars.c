@@ -10,7 +10,7 @@
 /* Local/global iterations of one exemplar, a few microseconds each: how many from nothing and on a drag, and at most to
  * a tolerance. Plain ones where their number is fixed: the result is then a continuous function of the handles.
  * Acceleration branches, and its branches show as jitter of exemplars that are far from the handles. */
-enum { COUNT_FROM_SCRATCH = 40, COUNT_WARM = 2, CAP = 200 };
+enum { COUNT_FROM_SCRATCH = 40, COUNT_WARM = 4, CAP = 200 };
 /* Largest change of a matrix that rotations are fitted to that counts as none, relative to the energy of the mesh. */
 static double const MATRIX_TOLERANCE = 1e-7;
 
