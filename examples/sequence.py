@@ -151,9 +151,8 @@ def retime(owner, frames):
     for frame, value in ((first, first), (last + slow, last), (end + slow, end)):
         data.time = value
         owner.keyframe_insert("exemplar_sequence.time", frame=frame)
-    for curve in owner.animation_data.action.fcurves:
-        for point in curve.keyframe_points:
-            point.interpolation = "LINEAR"
+    for point in time_curve(owner).keyframe_points:
+        point.interpolation = "LINEAR"
     scene.frame_end = end + slow
     at = range(first, last + slow + 1)
     expected = np.stack([sequence(owner).evaluate(first - 1 + (f - first) / 2) for f in at])
@@ -227,6 +226,12 @@ def sequence(owner):
     from exemplar.scene.sequences import store
 
     return store.ensure(owner).sequence
+
+
+def time_curve(owner):
+    from exemplar.scene.sequences import retiming
+
+    return retiming.curve_of(owner)
 
 
 def require(holds, what):

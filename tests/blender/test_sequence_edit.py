@@ -9,6 +9,7 @@ import addon_support as support  # noqa: E402
 import bmesh  # noqa: E402
 import bpy  # noqa: E402
 import numpy  # noqa: E402
+from blender_addon.scene import versions  # noqa: E402
 from sequence_support import (  # noqa: E402
     FIRST,
     LAST,
@@ -321,7 +322,7 @@ class Playhead(SequenceCase):
             data.playhead.keyframe_insert("location", index=0, frame=frame)
         for part in (data.plane, data.playhead):
             part.hide_viewport = True
-        curve = data.playhead.animation_data.action.fcurves[0]
+        curve = versions.find_curves(data.playhead)[0]
         for frame, sub in ((3, 0.0), (7, 0.25), (7, 0.75), (2, 0.5)):
             self.scene.frame_set(frame, subframe=sub)
             point = (curve.evaluate(frame + sub), data.playhead.location.y)

@@ -129,7 +129,7 @@ class Files(FileCase):
         self.scene.frame_set(5)
         before = evaluated(owner)
         text = owner.exemplar_sequence.data
-        whole = bytes(text[packing.FIT])
+        whole = packing.read_bytes(text, packing.FIT)
         cases = {
             "cut short": whole[: len(whole) // 2],
             "another byte": whole[:200] + bytes([whole[200] ^ 255]) + whole[201:],
@@ -142,6 +142,10 @@ class Files(FileCase):
                 self.scene.frame_set(7)
                 self.assertIn("cannot be read", self.problem_of_shown(owner))
                 self.assertClose(evaluated(owner), before, 0)
+        text[packing.FIT] = "?" * 40
+        text[packing.REVISION] = "another"
+        self.scene.frame_set(8)
+        self.assertIn("is damaged", self.problem_of_shown(owner))
         packing.replace(text, whole, "whole")
         self.scene.frame_set(5)
         self.assertEqual(self.problem_of_shown(owner), "")

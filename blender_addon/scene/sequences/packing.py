@@ -3,10 +3,12 @@
 appended from, and undo knows it.
 
 The bytes are those of the library's file, in a text data-block, which says in words what it is.
+They are kept as base64: of properties of bytes, later Blenders lose the end.
 What edits change is at the end of the file, and short: it is kept apart, so that an undo step does
 not hold the shapes again.
 """
 
+import base64
 import os
 import tempfile
 import uuid
@@ -65,13 +67,13 @@ def replace(text, data, about):
     """Another fit in the place of the old one."""
     text.clear()
     text.write(WORDS.format(about=about))
-    text[FIT] = data
+    write_bytes(text, FIT, data)
     _set_edit(text, len(data), b"")
 
 
 def write(text, data):
     """Keep what has changed since the fit."""
-    fit = text[FIT]
+    fit = read_bytes(text, FIT)
     kept = _common(fit, data)
     _set_edit(text, kept, data[kept:])
 
@@ -79,13 +81,23 @@ def write(text, data):
 def read(text):
     if FIT not in text:
         raise ExemplarError(f"The text '{text.name}' has lost the sequence that was packed in it.")
-    fit = text[FIT]
-    return bytes(fit[: text[KEPT]]) + bytes(text[EDIT])
+    return read_bytes(text, FIT)[: text[KEPT]] + read_bytes(text, EDIT)
+
+
+def write_bytes(text, name, data):
+    text[name] = base64.b64encode(data).decode("ascii")
+
+
+def read_bytes(text, name):
+    try:
+        return base64.b64decode(text[name], validate=True)
+    except (TypeError, ValueError) as error:
+        raise ExemplarError(f"The sequence packed in '{text.name}' is damaged.") from error
 
 
 def _set_edit(text, kept, edit):
     text[KEPT] = kept
-    text[EDIT] = edit
+    write_bytes(text, EDIT, edit)
     text[REVISION] = str(uuid.uuid4())
 
 

@@ -33,7 +33,7 @@ def make_sequence(owner, sequence, report, scene):
     data = owner.exemplar_sequence
     about = words(report, sequence.info) if report else f"{sequence.info.frame_count} frames"
     data.data = packing.create(f"{owner.name} Sequence", packing.dump(sequence), about)
-    data.data[syncing.FITTED] = sequence.control_points().tobytes()
+    syncing.keep_fitted(data.data, sequence.control_points())
     data.summary = about
     data.fps = retiming.scene_frame_rate(scene)
     data.is_sequence = True
@@ -60,7 +60,7 @@ def refit(owner, captured, report):
     sequence.drop_frames()
     about = words(report, sequence.info)
     packing.replace(data.data, packing.dump(sequence), about)
-    data.data[syncing.FITTED] = sequence.control_points().tobytes()
+    syncing.keep_fitted(data.data, sequence.control_points())
     data.summary = about
     data.first_frame, data.frame_step = captured.numbers.start, captured.numbers.step
     state = store.adopt(data.data, sequence)

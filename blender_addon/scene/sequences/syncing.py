@@ -109,7 +109,7 @@ def _place_and_fit(owner, state, pins, iterations):
     added = _added_by_hand(owner, state)
     _place_natively(state.sequence, pins, iterations)
     fitted = state.sequence.control_points()
-    store.text_of(owner)[FITTED] = fitted.tobytes()
+    keep_fitted(store.text_of(owner), fitted)
     if added.any():
         state.sequence.move_control_points(0, fitted + added)
 
@@ -135,10 +135,14 @@ def _added_by_hand(owner, state):
 
 def fitted_points(owner, state):
     """The control points of the last fit, float64 [k][2]."""
-    kept = store.text_of(owner).get(FITTED)
-    if kept is None:
+    text = store.text_of(owner)
+    if FITTED not in text:
         return state.sequence.control_points()
-    return numpy.frombuffer(bytes(kept), numpy.float64).reshape(-1, 2)
+    return numpy.frombuffer(packing.read_bytes(text, FITTED), numpy.float64).reshape(-1, 2)
+
+
+def keep_fitted(text, points):
+    packing.write_bytes(text, FITTED, points.tobytes())
 
 
 def pin(owner, state, indices):
@@ -208,7 +212,7 @@ def reset_curve(owner, state):
     state.sequence.place(_pins(marks, numpy.ones(len(marks), bool)))
     if store.text_of(owner).get(DRAWN):
         state.sequence.draw(state.sequence.control_points(), frame_count)
-    store.text_of(owner)[FITTED] = state.sequence.control_points().tobytes()
+    keep_fitted(store.text_of(owner), state.sequence.control_points())
     state.marks = numpy.float32(state.sequence.marks()[0])
     if data.curve is not None:
         show_curve(owner, state)

@@ -93,7 +93,7 @@ def commit(owner, target, sequence, names, scene):
     data.first_frame, data.frame_step, data.fps = ours.first_frame, ours.frame_step, ours.fps
     retiming.copy(owner, made)
     state = store.ensure(made)
-    store.text_of(made)[syncing.FITTED] = sequence.control_points().tobytes()
+    syncing.keep_fitted(store.text_of(made), sequence.control_points())
     store.keep(made, state)
     setup.hide(target)
     setup.show(made)
