@@ -95,6 +95,24 @@ class Mesh:
         check(self._library, self._library.exm_mesh_cotangents(self.handle, cotangents.ctypes.data))
         return cotangents
 
+    def disc(self, vertex, radius):
+        """A geodesic disc as a row for Blended.add_rows(): (vertices, coefficients)."""
+        return self._row("exm_mesh_disc", vertex, radius)
+
+    def differential(self, vertex):
+        """A differential coordinate as a row for Blended.add_rows(): (vertices, coefficients)."""
+        return self._row("exm_mesh_differential", vertex)
+
+    def _row(self, name, *arguments):
+        count = c_size_t()
+        read = getattr(self._library, name)
+        check(self._library, read(self.handle, *arguments, 0, None, None, byref(count)))
+        vertices = numpy.empty(count.value, numpy.uint32)
+        coefficients = numpy.empty(count.value, numpy.float64)
+        room = (len(vertices), vertices.ctypes.data, coefficients.ctypes.data)
+        check(self._library, read(self.handle, *arguments, *room, byref(count)))
+        return vertices, coefficients
+
     def close(self):
         handle, self._handle = self._handle, None
         if handle:

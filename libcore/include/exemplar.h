@@ -174,6 +174,22 @@ EXM_API exm_status exm_mesh_flaws(const exm_mesh *mesh, exm_mesh_flaw flaw, uint
  */
 EXM_API exm_status exm_mesh_cotangents(const exm_mesh *mesh, double *cotangents);
 
+/**
+ * Linear functionals of positions, for exm_blended_add_rows: a vertex's geodesic disc, as the mean of the vertices
+ * within `radius` along the surface, weighted by their Voronoi areas (coefficients sum to 1).
+ *
+ * capacity  terms that there is room for; no more are written
+ * count     out: how many there are
+ */
+EXM_API exm_status exm_mesh_disc(const exm_mesh *mesh, uint32_t vertex, double radius, size_t capacity,
+                                 uint32_t *vertices, double *coefficients, size_t *count);
+
+/** The same for a vertex's differential coordinate (L v)_i / M_i times the mesh's area, which does not depend on the
+ * mesh's size: its own vertex first, then its ring; coefficients sum to 0. Nothing is written where there is not room
+ * for all. */
+EXM_API exm_status exm_mesh_differential(const exm_mesh *mesh, uint32_t vertex, size_t capacity, uint32_t *vertices,
+                                         double *coefficients, size_t *count);
+
 /* --------------------------------------------------------------------------------------------------------- handles */
 
 typedef enum exm_handle_kind {

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes."""
 
-from ctypes import POINTER, Structure, c_char_p, c_double, c_int, c_size_t
+from ctypes import POINTER, Structure, c_char_p, c_double, c_int, c_size_t, c_uint32
 from enum import IntEnum
 
 from .common import ARRAY, MESH, STATUS
@@ -47,4 +47,28 @@ FUNCTIONS = {
     "exm_mesh_flaws": (STATUS, MESH, c_int, ARRAY, c_size_t, POINTER(c_size_t)),
     # exm_status exm_mesh_cotangents(const exm_mesh *mesh, double *cotangents);
     "exm_mesh_cotangents": (STATUS, MESH, ARRAY),
+    # exm_status exm_mesh_disc(const exm_mesh *mesh, uint32_t vertex, double radius,
+    #                          size_t capacity, uint32_t *vertices, double *coefficients,
+    #                          size_t *count);
+    "exm_mesh_disc": (
+        STATUS,
+        MESH,
+        c_uint32,
+        c_double,
+        c_size_t,
+        ARRAY,
+        ARRAY,
+        POINTER(c_size_t),
+    ),
+    # exm_status exm_mesh_differential(const exm_mesh *mesh, uint32_t vertex, size_t capacity,
+    #                                  uint32_t *vertices, double *coefficients, size_t *count);
+    "exm_mesh_differential": (
+        STATUS,
+        MESH,
+        c_uint32,
+        c_size_t,
+        ARRAY,
+        ARRAY,
+        POINTER(c_size_t),
+    ),
 }

@@ -234,6 +234,10 @@ exm_status exm_blended_solve(exm_deformer *deformer, const double *targets, cons
   TRY(status);
   found.seconds = clock_seconds() - start;
   TRY(report_write(report, &found, sizeof found, "report"));
+  if (status == EXM_OK && own.tolerance > 0 && !found.converged) {
+    return status_set(EXM_WARNING_NOT_CONVERGED, "the last stage ended after %d iterations, before the tolerance of %g",
+                      options.final_iterations, own.tolerance);
+  }
   return status;
 }
 

@@ -28,7 +28,7 @@ void dseupd_(const int *rvec, const char *howmny, int *select, double *d, double
              size_t which_length);
 
 /* Up to this size all eigenpairs are found by a dense method. */
-enum { DENSE_SIZE = 192, RESTARTS = 300 };
+enum { DENSE_SIZE = 192, RESTARTS = 60, ATTEMPTS = 5 };
 /* Vectors that ARPACK keeps beyond once and a half those wanted: fewer restarts against more orthogonalisation. */
 enum { MARGIN = 6 };
 /* Residuals of eigenvectors of B, beside their eigenvalues; those of eigenvalues are its square. */
@@ -78,6 +78,7 @@ static exm_status apply(const search *s, const double *from, double *to)
 typedef struct lanczos {
   int n, wanted, basis_size, work_size, info;
   double tolerance;
+  int is_stuck;
   int iparam[11], ipntr[11];
   double *residual, *basis, *work_d, *work_l;
 } lanczos;
@@ -112,6 +113,7 @@ static exm_status iterate(const search *s, lanczos *l)
     }
   }
   if (l->info != 0) {
+    l->is_stuck = l->info == 1 || l->info == 3; /* restarts used up, or none possible */
     return status_set(EXM_ERROR_NUMERIC, "ARPACK did not converge on %d eigenvalues of a matrix of %d rows (info %d)",
                       l->wanted, l->n, l->info);
   }
@@ -150,15 +152,14 @@ done:
   return status;
 }
 
-static exm_status search_once(const search *s, size_t count, double tolerance, double *values, double *vectors)
+static exm_status attempt(const search *s, size_t count, double tolerance, size_t basis_size, int *is_stuck,
+                          double *values, double *vectors)
 {
   arena scratch = {0};
-  size_t const left = s->size - s->excluded_count, most = count + count / 2 + MARGIN;
-  lanczos l = {.n = (int)s->size, .wanted = (int)count, .tolerance = tolerance};
-  l.basis_size = (int)(most < left ? most : left);
+  lanczos l = {.n = (int)s->size, .wanted = (int)count, .tolerance = tolerance, .basis_size = (int)basis_size};
   l.work_size = l.basis_size * (l.basis_size + 8);
   l.residual = ARENA_NEW(&scratch, double, s->size);
-  l.basis = ARENA_NEW(&scratch, double, s->size *(size_t)l.basis_size);
+  l.basis = ARENA_NEW(&scratch, double, s->size *basis_size);
   l.work_d = ARENA_NEW(&scratch, double, 3 * s->size);
   l.work_l = ARENA_NEW(&scratch, double, (size_t)l.work_size);
   exm_status status =
@@ -173,8 +174,25 @@ static exm_status search_once(const search *s, size_t count, double tolerance, d
       }
     }
   }
+  *is_stuck = l.is_stuck;
   arena_release(&scratch);
   return status;
+}
+
+/* A small basis is fastest; where several equal eigenvalues lie across the end of those wanted it may not do. */
+static exm_status search_once(const search *s, size_t count, double tolerance, double *values, double *vectors)
+{
+  size_t const left = s->size - s->excluded_count;
+  size_t basis = count + count / 2 + MARGIN;
+  for (int round = 0;; round++) {
+    int is_stuck = 0;
+    basis = basis < left ? basis : left;
+    exm_status const status = attempt(s, count, tolerance, basis, &is_stuck, values, vectors);
+    if (!is_stuck || basis == left || round == ATTEMPTS) {
+      return status;
+    }
+    basis *= 2;
+  }
 }
 
 /* Put another pair where it belongs among `count` falling ones, and drop the last. */

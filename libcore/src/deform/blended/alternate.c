@@ -75,7 +75,7 @@ double blended_average(blended *b, const blended_options *options, exm_solve_rep
     dense_axpy(rows * d, b->scale, b->turned, b->fits);
     rotation_fit(d, S * b->group_count, b->fits, b->rotations);
     if (has_settled(before, energy, options->tolerance)) {
-      report->converged++;
+      report->converged = 1;
       break;
     }
   }
@@ -107,7 +107,7 @@ double blended_minimal(blended *b, int stage, size_t s, int32_t iterations, cons
     memcpy(fits, y, rows * d * sizeof(double));
     dense_axpy(rows * d, b->scale, turned, fits);
     if (has_settled(before, energy, options->tolerance)) {
-      report->converged++;
+      report->converged = 1;
       break;
     }
   }

@@ -7,6 +7,9 @@
 
 /* What an atom weighs beside its elastic energy, so that constants count as well. */
 static double const MASS_SHARE = 1;
+/* And beside its smoothness: where atoms are collinear, coefficients that give the same pose differ in that alone, and
+ * minimising must be free to choose among them. Small, so that the basis stays orthonormal in the rest nearly. */
+static double const BENDING_SHARE = 1e-10;
 /* Directions below this share of the largest are noise of the Gram matrix: atoms are collinear wherever exemplars
  * agree, and that is the first limitation the paper admits. 1e-6 of the mesh in amplitude. */
 static double const RANK_TOLERANCE = 1e-12;
@@ -32,13 +35,15 @@ static void reduce_form(const blended_basis *s, size_t all, const double *A, dou
 
 /** Basis vectors from the eigenvectors of the metric, scaled by what each atom weighs on its own: atoms' sizes differ
  * by orders, and noise is relative to each. */
-static exm_status find_basis(arena *owner, const edge_energy *energy, double *metric, double *block, double *values,
-                             blended_basis *s)
+static exm_status find_basis(arena *owner, const edge_energy *energy, const double *bending, double *metric,
+                             double *block, double *values, blended_basis *s)
 {
   size_t const n = s->atom_count;
   select_block(energy->atom_count, n, s->atoms, energy->laplacian, metric);
   select_block(energy->atom_count, n, s->atoms, energy->masses, block);
   dense_axpy(n * n, MASS_SHARE, block, metric);
+  select_block(energy->atom_count, n, s->atoms, bending, block);
+  dense_axpy(n * n, BENDING_SHARE, block, metric);
   double *scales = block; /* [n] */
   for (size_t i = 0; i < n; i++) {
     double const weight = metric[i * n + i];
@@ -101,7 +106,7 @@ exm_status blended_basis_create(arena *owner, const edge_energy *energy, const d
     goto done;
   }
   memcpy(s.atoms, atoms, n * sizeof *atoms);
-  status = find_basis(owner, energy, metric, block, values, &s);
+  status = find_basis(owner, energy, bending, metric, block, values, &s);
   if (status < 0) {
     goto done;
   }

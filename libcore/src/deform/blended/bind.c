@@ -4,6 +4,7 @@
 
 #include "base/clock.h"
 #include "deform/blended/bind.h"
+#include "deform/blended/warnings.h"
 #include "linalg/dense.h"
 #include "linalg/rotation.h"
 #include "weights/handles.h"
@@ -263,7 +264,16 @@ exm_status blended_deformer_bind(const blended_request *request, exm_deformer **
   }
   base->info.dimension = (int32_t)deformer->coordinates.dimension;
   base->info.coefficient_count = deformer->solver.bases[BLENDED_LAST].rank;
+  status = blended_warn_exemplars(deformer, request->reference);
+  if (status == EXM_OK) {
+    status = blended_warn_spread(&deformer->solver, deformer->solver.held.on_exemplars,
+                                 request->exemplar_count * deformer->coordinates.dimension);
+  }
+  if (status < 0) {
+    deformer_destroy(base);
+    return status;
+  }
   base->info.bind_seconds = clock_seconds() - start;
   *out = base;
-  return EXM_OK;
+  return status;
 }

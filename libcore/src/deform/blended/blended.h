@@ -22,7 +22,8 @@
 typedef struct blended_basis {
   size_t atom_count, rank;
   size_t *atoms;   /* [atom_count] of the joint dictionary, rising */
-  double *basis;   /* [atom_count][rank] T = basis u; orthonormal in the elastic energy plus a share of the masses */
+  double *basis;   /* [atom_count][rank] T = basis u; orthonormal in the elastic energy, the masses and a trace of the
+                      bending */
   double *elastic; /* [rank][rank] D'L D */
   double *bending; /* [rank][rank] Lambda of eq. 6 */
   double *proxies; /* [S][G d][rank] K */
@@ -41,7 +42,15 @@ typedef struct blended_factor {
   double lost; /* beta_lc |Y|^2 - |z|^2 */
 } blended_factor;
 
+/* Rows up to this many are compared with each other. */
+enum { BLENDED_COMPARED = 128 };
 enum { BLENDED_FIRST = 0, BLENDED_LAST = 1, BLENDED_STAGES = 2 };
+
+/** Rows of which the second is a multiple of the first on everything that the dictionary can show. */
+typedef struct parallel_rows {
+  size_t first, second;
+  double factor;
+} parallel_rows;
 
 /** The rows X of all constraints, and both stages' factors: made anew, as a whole, when constraints change. */
 typedef struct blended_constraints {
@@ -58,7 +67,9 @@ typedef struct blended_constraints {
   /* Scratch of a solve. */
   double *targets, *framed; /* [rows][d] Y as given, and in the frame of the best exemplar */
   double *weighted;         /* [rows][d] */
-  size_t updates;           /* of the roots since they were made from scratch */
+  size_t pair_count;        /* of parallel rows, among the first BLENDED_COMPARED */
+  parallel_rows *pairs;
+  size_t updates; /* of the roots since they were made from scratch */
 } blended_constraints;
 
 /** The similarity that takes an exemplar's constraints to the targets best: y = scale turn v + shift. */

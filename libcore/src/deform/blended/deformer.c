@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "deform/blended/warnings.h"
 #include "linalg/dense.h"
 
 /** Coefficients in the space's own frame: rows turned and scaled, the shift on the constant's translation. */
@@ -119,7 +120,8 @@ exm_status blended_deformer_solve(blended_deformer *deformer, const double *targ
   }
   report->constraint_residual = residual(deformer);
   deformer->outcome = outcome;
-  return EXM_OK;
+  exm_status const status = blended_warn_contradiction(b);
+  return status == EXM_OK ? blended_warn_spread(b, b->held.targets, b->dimension) : status;
 }
 
 exm_status blended_deformer_add_rows(blended_deformer *deformer, const exm_rows *rows)

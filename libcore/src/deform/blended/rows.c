@@ -17,7 +17,9 @@ enum { UPDATES_MOST = 64 };
 /* An update that takes away all but this of a direction's stiffness cancels too many digits. */
 static double const CANCELLED = 1e-6;
 /* Held beside everything, in the basis' own metric: what nothing else determines stays at rest. */
-static double const FLOOR = 1e-9;
+static double const FLOOR = 1e-12;
+/* Without constraints nothing says where the mesh is: firm enough for rounding not to move it. */
+static double const FREE_FLOOR = 1e-6;
 
 static size_t proxy_rows(const blended *b)
 {
@@ -84,7 +86,7 @@ static exm_status make_root(const blended *b, int stage, const blended_constrain
   memcpy(gamma, s->elastic, rank * rank * sizeof(double));
   dense_axpy(rank * rank, b->beta_sm, s->bending, gamma);
   for (size_t i = 0; i < rank; i++) {
-    gamma[i * rank + i] += FLOOR;
+    gamma[i * rank + i] += row_count > 0 ? FLOOR : FREE_FLOOR;
   }
   for (size_t r = 0; r < row_count; r++) {
     const double *x = c->factors[stage].rows + r * rank;
@@ -273,6 +275,29 @@ typedef struct change {
   double weight;
 } change;
 
+/** Rows that say the same on all atoms, each with the first that does. */
+static exm_status find_parallel(const blended *b, blended_constraints *c)
+{
+  size_t const count = c->row_count < BLENDED_COMPARED ? c->row_count : BLENDED_COMPARED, joint = b->joint_count;
+  c->pairs = ARENA_NEW(&c->memory, parallel_rows, count);
+  if (!c->pairs) {
+    return status_no_memory("the constraints");
+  }
+  for (size_t i = 1; i < count; i++) {
+    const double *x = c->joint + i * joint;
+    double const own = dense_dot(joint, x, x);
+    for (size_t j = 0; j < i; j++) {
+      const double *y = c->joint + j * joint;
+      double const other = dense_dot(joint, y, y), product = dense_dot(joint, x, y);
+      if (own > 0 && other > 0 && product * product >= (1 - 1e-12) * own * other) {
+        c->pairs[c->pair_count++] = (parallel_rows){.first = j, .second = i, .factor = product / other};
+        break;
+      }
+    }
+  }
+  return EXM_OK;
+}
+
 /** Factors of c out of those of the old constraints, by updates where they are few, and put in place. */
 static exm_status settle(blended *b, size_t change_count, const change *changes, blended_constraints *c)
 {
@@ -299,6 +324,7 @@ static exm_status settle(blended *b, size_t change_count, const change *changes,
   } else if (status == EXM_OK) {
     status = make_factors(b, c);
   }
+  status = status == EXM_OK ? find_parallel(b, c) : status;
   arena_release(&scratch);
   if (status == EXM_OK) {
     arena_release(&b->held.memory);
@@ -319,6 +345,7 @@ exm_status blended_constraints_begin(blended *b, const dictionary *d, const cons
   if (status == EXM_OK) {
     status = make_factors(b, &c);
   }
+  status = status == EXM_OK ? find_parallel(b, &c) : status;
   if (status < 0) {
     arena_release(&c.memory);
     return status;
@@ -418,6 +445,7 @@ exm_status blended_set_energies(blended *b, double beta_lc, double beta_sm)
   if (status == EXM_OK) {
     status = make_factors(&changed, &c);
   }
+  status = status == EXM_OK ? find_parallel(b, &c) : status;
   if (status < 0) {
     arena_release(&c.memory);
     return status;

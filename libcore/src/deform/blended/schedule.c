@@ -65,6 +65,7 @@ static void last_stage(blended *b, const blended_options *options, exm_solve_rep
   size_t const s = b->exemplar;
   blended_hold(b, BLENDED_LAST, s, s + 1);
   outcome->final_history[0] = report->history_count;
+  report->converged = 0; /* what counts is the last stage */
   outcome->final_energy = blended_minimal(b, BLENDED_LAST, s, options->final_iterations, options, report);
   outcome->final_history[1] = report->history_count;
   blended_pose(b, BLENDED_LAST, s);
