@@ -5,13 +5,13 @@
 # bound, performs for 60 frames, is baked, checked and drawn. Also the square of the paper's
 # figures 1 and 2, a walk edited as a sequence, and a C program. Runs on Debian 12, from any working directory.
 #
-#   examples/run.sh [creature] [face] [sequence] [square] [c]     all of them without arguments
+#   examples/run.sh [creature] [face] [deformers] [sequence] [square] [c]     all of them without arguments
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build/examples
 examples=$root/examples
-wanted=${*:-square creature face sequence c}
+wanted=${*:-square creature face deformers sequence c}
 
 # ----------------------------------------------------------------------------------------- packages
 
@@ -113,6 +113,11 @@ character() {
   once "$1" "$1_frames.png" "$2" perform "$1"
 }
 
+three_deformers() {
+  BLENDER_USER_SCRIPTS=$build/scripts in_blender "$build/deformers.log" \
+    --addons exemplar --python "$examples/deformers.py" -- "$build"
+}
+
 edit_sequence() {
   BLENDER_USER_SCRIPTS=$build/scripts in_blender "$build/sequence.log" \
     --addons exemplar --python "$examples/sequence.py" -- "$build"
@@ -133,6 +138,10 @@ for what in $wanted; do
       ;;
     creature) character creature "a limbed animal, parts turn" ;;
     face) character face "Suzanne, without rotations" ;;
+    deformers)
+      once deformers creature_deformers.png "the creature soft, painted, learned, and by Blended" \
+        three_deformers
+      ;;
     sequence)
       once sequence sequence_transfer.png "a walk captured, edited, retimed, transferred" \
         edit_sequence
@@ -165,6 +174,8 @@ for name in creature face; do
   show $name.blend "open it and press play; with the add-on, drag the empties"
   show $name.pc2 "the baked positions it plays"
 done
+show creature_deformers.png "the same performance by Rigidity, soft, painted and learned, and by Blended"
+show creature_deformers.blend "the creature as Blended has it; choose another deformer, and press Rebind"
 show sequence_plane.png "the pose plane of a walk: shapes, the curve, its frames"
 show sequence.png "the walk as captured, and with steps that its curve makes higher"
 show sequence_transfer.png "the same on another character"

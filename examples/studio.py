@@ -63,9 +63,9 @@ class Strip:
         unit = self.width
         towards = self.turn @ Vector((0.0, 0.0, BEFORE * unit))
         at = place + Vector(centre) + towards
-        ring, ball = (0.0145, 0.0112) if kind != "FREE" else (0.0105, 0.0078)
-        self.link(ball(unit * ring, (1.0, 1.0, 1.0)), at - towards * 0.1)
-        self.link(ball(unit * ball, KIND_COLOURS[kind]), at)
+        outer, inner = (0.0145, 0.0112) if kind != "FREE" else (0.0105, 0.0078)
+        self.link(ball(unit * outer, (1.0, 1.0, 1.0)), at - towards * 0.1)
+        self.link(ball(unit * inner, KIND_COLOURS[kind]), at)
         if turn is not None:
             for axis, colour in enumerate(((0.8, 0.1, 0.1), (0.1, 0.55, 0.1), (0.1, 0.2, 0.85))):
                 tip = Vector(np.asarray(turn)[:, axis]) * unit * 0.075

@@ -75,7 +75,7 @@ class BlendedProperties(bpy.types.PropertyGroup):
     )
 
     constraint_weight: bpy.props.FloatProperty(
-        name="Handles",
+        name="Pull",
         description=(
             "Beta lc: how hard the mesh is pulled to its handles. Large: it meets them, even if "
             "that looks strained; small: it keeps a natural shape and passes them by, which is "
@@ -89,7 +89,7 @@ class BlendedProperties(bpy.types.PropertyGroup):
         update=tag_owner,
     )
     smoothness: bpy.props.FloatProperty(
-        name="Smoothness",
+        name="Smooth",
         description=(
             "Beta sm: how much broad bends are preferred to fine ones. Large: limbs bend softly "
             "and details move less; 0: bends may be as sharp as the patterns allow"
