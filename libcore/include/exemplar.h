@@ -712,9 +712,9 @@ typedef struct exm_rigidity_solve_settings {
   int32_t iterations;     /* cap; 0 chooses 1000, or 10 without a tolerance */
   int32_t acceleration;   /* default 1: Anderson acceleration, each step of which is checked against the energy;
                              0: local and global steps alone, as in the paper */
-  int32_t coarse_start; /* stateless solves begin with rotations of a coarser mesh, solved first: default -1: from 5000
-                           vertices on; 0: never; 1: always */
-  int32_t thread_count; /* 0: chosen. The result is the same for any */
+  int32_t coarse_start;   /* stateless solves begin with rotations of a coarser mesh, solved first, and warm ones turn
+                             their rotations as it turns: default -1: from 5000 vertices on; 0: never; 1: always */
+  int32_t thread_count;   /* 0: chosen. The result is the same for any */
 } exm_rigidity_solve_settings;
 
 EXM_API void exm_rigidity_solve_settings_init(exm_rigidity_solve_settings *settings);

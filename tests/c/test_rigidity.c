@@ -616,3 +616,37 @@ TEST(a_coarse_start_is_a_head_start)
     rigid_free(&r);
   }
 }
+
+/* Frames of a drag: the coarser mesh says how rotations turn, whatever the solve before was. */
+TEST(warm_solves_turn_along_with_a_coarser_mesh)
+{
+  rigid r = large_bar(3);
+  REQUIRE(rigid_bind(&r));
+  exm_handles const handles = fixture_handles(r.f);
+  int32_t iterations[2] = {0};
+  double energies[2] = {0};
+  for (int32_t coarse = 0; coarse < 2; ++coarse) {
+    exm_rigidity_solve_settings settings = rigid_settings(1e-4, 0);
+    exm_solve_report report;
+    exm_solve_report_init(&report);
+    for (int frame = 0; frame < 12; ++frame) {
+      double *targets = rigid_bend(&r, 0.1 * (frame + 1));
+      settings.start = frame ? EXM_START_WARM : EXM_START_STATELESS;
+      settings.coarse_start = frame == 5 ? 0 : coarse; /* levels are left behind, and catch up */
+      if (frame == 8) {
+        CHECK_STATUS(exm_rigidity_set_handles(r.f->deformer, &handles, NULL, NULL), EXM_OK);
+      }
+      free(rigid_solve(&r, targets, &settings, &report));
+      iterations[coarse] += report.iterations;
+      energies[coarse] += report.elastic_energy;
+      /* Nothing moved: nothing is left to do. */
+      free(rigid_solve(&r, targets, &settings, &report));
+      CHECK(frame == 0 || report.iterations <= 4);
+      free(targets);
+    }
+  }
+  printf("  %d iterations with, %d without\n", iterations[1], iterations[0]);
+  CHECK(iterations[1] < iterations[0]);
+  CHECK(energies[1] < 1.01 * energies[0]);
+  rigid_free(&r);
+}

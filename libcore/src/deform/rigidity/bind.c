@@ -116,7 +116,7 @@ static void forget_coarse(rigidity_deformer *deformer)
 {
   coarse_destroy(deformer->coarse);
   deformer->coarse = NULL;
-  deformer->has_coarse = 0;
+  deformer->has_coarse = deformer->is_coarse_there = 0;
 }
 
 exm_status rigidity_deformer_set_radii(rigidity_deformer *deformer, const int32_t *radii, int32_t radius,

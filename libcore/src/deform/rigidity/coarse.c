@@ -31,6 +31,7 @@ struct coarse_level {
   sparse pattern;
   rigidity_system system;
   rigidity_solver solver;
+  row12 *before; /* [count] rotations of the last solve but one */
   coarse_level *coarser;
 };
 
@@ -305,7 +306,8 @@ static exm_status build(builder *b, coarse_level *level)
   level->count = b->seed_count;
   level->labels = ARENA_NEW(&level->memory, uint32_t, V);
   level->counts = ARENA_NEW(&level->memory, double, level->count);
-  if (!level->labels || !level->counts) {
+  level->before = ARENA_NEW(&level->memory, row12, level->count);
+  if (!level->labels || !level->counts || !level->before) {
     return status_no_memory("a coarse start");
   }
   find_labels(b, level->labels);
@@ -380,19 +382,60 @@ void coarse_destroy(coarse_level *level)
   free(level);
 }
 
-exm_status coarse_start(coarse_level *level, const double *targets, size_t count, row12 *rotations)
+/* From the rotations in solver.next. */
+static exm_status run(coarse_level *level, const double *targets)
 {
   rigidity_problem const problem = {.s = &level->s, .balls = &level->balls, .h = &level->h, .system = &level->system};
   rigidity_options const options = {.tolerance = TOLERANCE, .iterations = ITERATIONS, .has_acceleration = 1};
   exm_solve_report report = {0};
+  return solver_run(&level->solver, &problem, targets, &options, &report);
+}
+
+exm_status coarse_start(coarse_level *level, const double *targets, size_t count, row12 *rotations)
+{
+  rigidity_problem const problem = {.s = &level->s, .h = &level->h};
   if (level->coarser) {
     TRY(coarse_start(level->coarser, targets, level->count, level->solver.next.rotations));
   } else {
     solver_identity(&problem, level->solver.next.rotations, NULL);
   }
-  TRY(solver_run(&level->solver, &problem, targets, &options, &report));
+  TRY(run(level, targets));
   for (size_t v = 0; v < count; v++) {
     rotations[v] = level->solver.now.rotations[level->labels[v]];
+  }
+  return EXM_OK;
+}
+
+/* R <- R_now R_before' R, all of them transposed: row-major products in the other order. */
+static void turn_along(const row12 *before, const row12 *now, row12 *rotation)
+{
+  double a[12], b[12], r[12], change[3][3] = {{0}}, out[12] = {0};
+  memcpy(a, before, sizeof a);
+  memcpy(b, now, sizeof b);
+  memcpy(r, rotation, sizeof r);
+  for (size_t i = 0; i < 27; i++) {
+    size_t const row = i / 9, column = i / 3 % 3, k = i % 3;
+    change[row][column] += a[4 * k + row] * b[4 * k + column];
+  }
+  for (size_t i = 0; i < 27; i++) {
+    size_t const row = i / 9, column = i / 3 % 3, k = i % 3;
+    out[4 * row + column] += r[4 * row + k] * change[k][column];
+  }
+  memcpy(rotation, out, sizeof out);
+}
+
+exm_status coarse_advance(coarse_level *level, const double *targets, size_t count, row12 *rotations)
+{
+  size_t const bytes = level->count * sizeof *level->before;
+  memcpy(level->before, level->solver.now.rotations, bytes);
+  memcpy(level->solver.next.rotations, level->before, bytes);
+  if (level->coarser) {
+    TRY(coarse_advance(level->coarser, targets, level->count, level->solver.next.rotations));
+  }
+  TRY(run(level, targets));
+  for (size_t v = 0; v < count; v++) {
+    uint32_t const node = level->labels[v];
+    turn_along(&level->before[node], &level->solver.now.rotations[node], &rotations[v]);
   }
   return EXM_OK;
 }

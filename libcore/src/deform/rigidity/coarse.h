@@ -26,4 +26,8 @@ void coarse_destroy(coarse_level *level);
 /** Solve from the coarsest level to this one, and write rotations for each of the finer level's `count` vertices. */
 exm_status coarse_start(coarse_level *level, const double *targets, size_t count, row12 *rotations);
 
+/** The levels go on from their last solve to other targets; the finer level's rotations are turned as their regions
+ *  turn. */
+exm_status coarse_advance(coarse_level *level, const double *targets, size_t count, row12 *rotations);
+
 #endif

@@ -46,21 +46,61 @@ exm_status rigidity_deformer_coarsen(rigidity_deformer *deformer)
   return EXM_OK;
 }
 
+static int wants_coarse(const rigidity_deformer *deformer, int coarse)
+{
+  return coarse > 0 || (coarse < 0 && rigidity_deformer_is_large(deformer));
+}
+
+static void turn_discs(const rigidity_problem *problem, rigidity_state *state)
+{
+  for (size_t d = 0; d < problem->h->disc_count; d++) {
+    state->disc_rotations[d] = state->rotations[problem->h->disc_vertices[problem->h->disc_offsets[d]]];
+  }
+}
+
 /* The identity, or what a coarser mesh says. */
 static exm_status begin_stateless(rigidity_deformer *deformer, const rigidity_problem *problem, const double *targets,
                                   int coarse)
 {
   rigidity_state *next = &deformer->solver.next;
   solver_identity(problem, next->rotations, next->disc_rotations);
-  if (coarse == 0 || (coarse < 0 && !rigidity_deformer_is_large(deformer))) {
+  if (!wants_coarse(deformer, coarse)) {
     return EXM_OK;
   }
   TRY(rigidity_deformer_coarsen(deformer));
   if (deformer->coarse) {
     TRY(coarse_start(deformer->coarse, targets, deformer->base.info.vertex_count, next->rotations));
-    for (size_t d = 0; d < problem->h->disc_count; d++) {
-      next->disc_rotations[d] = next->rotations[problem->h->disc_vertices[problem->h->disc_offsets[d]]];
-    }
+    deformer->is_coarse_there = 1;
+    turn_discs(problem, next);
+  }
+  return EXM_OK;
+}
+
+/* The last rotations, turned as the coarser mesh turns on its way from the last targets to these. */
+static exm_status begin_warm(rigidity_deformer *deformer, const rigidity_problem *problem, const double *targets,
+                             int coarse)
+{
+  size_t const V = deformer->base.info.vertex_count;
+  const rigidity_state *now = &deformer->solver.now;
+  rigidity_state *next = &deformer->solver.next;
+  const held *h = problem->h;
+  int const has_moved = h->has_targets && memcmp(targets, h->targets, 12 * h->handle_count * sizeof *targets) != 0;
+  int is_coarse = has_moved && wants_coarse(deformer, coarse);
+  if (is_coarse) {
+    TRY(rigidity_deformer_coarsen(deformer));
+    is_coarse = deformer->coarse != NULL;
+  }
+  if (is_coarse && !deformer->is_coarse_there) {
+    TRY(coarse_start(deformer->coarse, h->targets, V, next->rotations));
+    deformer->is_coarse_there = 1;
+  }
+  memcpy(next->rotations, now->rotations, V * sizeof *next->rotations);
+  memcpy(next->disc_rotations, now->disc_rotations, h->disc_count * sizeof *next->disc_rotations);
+  if (is_coarse) {
+    TRY(coarse_advance(deformer->coarse, targets, V, next->rotations));
+    turn_discs(problem, next);
+  } else {
+    deformer->is_coarse_there &= !has_moved;
   }
   return EXM_OK;
 }
@@ -70,20 +110,19 @@ static exm_status begin(rigidity_deformer *deformer, const rigidity_problem *pro
                         const rigidity_start *start)
 {
   size_t const V = deformer->base.info.vertex_count;
-  const rigidity_state *now = &deformer->solver.now;
   rigidity_state *next = &deformer->solver.next;
+  if (start->kind == EXM_START_WARM && deformer->base.has_result) {
+    return begin_warm(deformer, problem, targets, start->coarse);
+  }
+  deformer->is_coarse_there = 0;
   if (start->kind == EXM_START_POSITIONS) {
     for (size_t i = 0; i < 3 * V; i++) {
       next->positions[i] = (double)start->positions[i];
     }
     solver_fit(&deformer->solver, problem, next);
-  } else if (start->kind == EXM_START_WARM && deformer->base.has_result) {
-    memcpy(next->rotations, now->rotations, V * sizeof *next->rotations);
-    memcpy(next->disc_rotations, now->disc_rotations, problem->h->disc_count * sizeof *next->disc_rotations);
-  } else {
-    return begin_stateless(deformer, problem, targets, start->coarse);
+    return EXM_OK;
   }
-  return EXM_OK;
+  return begin_stateless(deformer, problem, targets, start->coarse);
 }
 
 /* Largest distance of a held handle's centre from its target. Fixed vertices are where they are told to be: their
@@ -113,8 +152,16 @@ exm_status rigidity_deformer_solve(rigidity_deformer *deformer, const double *ta
 {
   rigidity_problem const problem = problem_of(deformer);
   deformer->solver.thread_count = choose_threads(deformer, options->thread_count);
-  TRY(begin(deformer, &problem, targets, start));
-  TRY(solver_run(&deformer->solver, &problem, targets, options, report));
+  exm_status status = begin(deformer, &problem, targets, start);
+  if (status == EXM_OK) {
+    status = solver_run(&deformer->solver, &problem, targets, options, report);
+  }
+  if (status < 0) {
+    deformer->is_coarse_there = 0; /* the levels may have gone ahead */
+    return status;
+  }
+  memcpy(deformer->handles.targets, targets, 12 * problem.h->handle_count * sizeof *targets);
+  deformer->handles.has_targets = 1;
   deformer->base.has_result = 1;
   report->constraint_residual = residual(deformer, targets);
   return EXM_OK;

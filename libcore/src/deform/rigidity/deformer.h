@@ -27,6 +27,7 @@ typedef struct rigidity_deformer {
   rigidity_system system;
   coarse_level *coarse; /* NULL: none, or not yet */
   int has_coarse;       /* whether it has been looked for */
+  int is_coarse_there;  /* its levels are solved for the targets of the last result, too */
   rigidity_solver solver;
 } rigidity_deformer;
 

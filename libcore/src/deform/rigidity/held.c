@@ -298,12 +298,13 @@ static exm_status build(builder *b, double disc_radius)
   b->part_list = ARENA_NEW(&b->scratch, uint32_t, V);
   h->kinds = ARENA_NEW(&h->memory, int32_t, H);
   h->centres = arena_array(&h->memory, H, sizeof *h->centres);
+  h->targets = ARENA_NEW(&h->memory, double, 12 * H);
   h->fixed = ARENA_NEW(&h->memory, held_vertex, V);
   h->patches = ARENA_NEW(&h->memory, held_patch, b->handles->vertex_offsets[H]);
   h->patch_vertices = ARENA_NEW(&h->memory, uint32_t, b->handles->vertex_offsets[H]);
   h->is_out = ARENA_NEW(&h->memory, unsigned char, V);
-  if (!b->owners || !b->queue || !b->seen || !b->part_list || !h->kinds || !h->centres || !h->fixed || !h->patches ||
-      !h->patch_vertices || !h->is_out) {
+  if (!b->owners || !b->queue || !b->seen || !b->part_list || !h->kinds || !h->centres || !h->targets || !h->fixed ||
+      !h->patches || !h->patch_vertices || !h->is_out) {
     return status_no_memory("the handles");
   }
   memset(b->owners, 0xff, V * sizeof *b->owners); /* HELD_NONE */

@@ -31,6 +31,8 @@ typedef struct held {
   size_t handle_count;
   int32_t *kinds;       /* [handle_count] */
   double (*centres)[3]; /* [handle_count] */
+  double *targets;      /* [handle_count][3][4] room for those of the last solve */
+  int has_targets;
   size_t fixed_count;
   held_vertex *fixed;
   size_t patch_count;
