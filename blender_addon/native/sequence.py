@@ -72,6 +72,8 @@ class FitReport:
     error: float
     stress: float
     seconds: float
+    saddle_count: int
+    acceleration: float
 
 
 @dataclass(frozen=True)
@@ -171,6 +173,7 @@ class Sequence:
         cyclic=False,
         pins=None,
         examples=None,
+        cure_saddles=False,
         progress=None,
     ):
         """Fit the three signals. Counts of 0 are chosen by the tolerance, an RMS distance as a
@@ -178,6 +181,7 @@ class Sequence:
 
         pins      {frame: (x, y)} in the pose plane
         examples  [E][V][3] that span the shape signal instead of principal components
+        cure_saddles  try layouts with less violent motion between frames, without a user
         progress  called with (fraction, stage); returns True to cancel
         """
         pinned = _Pins(pins)
@@ -189,6 +193,7 @@ class Sequence:
             site_count=site_count,
             component_count=component_count,
             cyclic=int(cyclic),
+            cure_saddles=int(cure_saddles),
             pins=pinned.structure,
         )
         if tolerance is not None:

@@ -777,9 +777,8 @@ EXM_API exm_status exm_rigidity_learn(const exm_mesh *mesh, const float *poses, 
  *   shape h: R^m -> shape space   a mean shape and m components
  *
  * Frame i of the n that were given is at time i, 0 to n - 1; times are real numbers, in frames. A sequence is made of a
- * mesh and frames, fitted, and then edited, sampled or saved. The signals of long sequences are fitted in overlapping
- * windows of frames, each with a pose plane and a curve of its own; the shape signal is one. Window 0 is the only one
- * unless a window size was asked for.
+ * mesh and frames, fitted, and then edited, sampled or saved. Functions about the pose plane and the curve name a
+ * window of frames with a plane of its own; there is one, number 0, of all the frames.
  */
 typedef struct exm_sequence exm_sequence;
 
@@ -836,10 +835,13 @@ typedef struct exm_sequence_fit_settings {
   double tolerance; /* > 0: for the counts left at 0, the RMS distance of the vertices from where the frames have
                        them, as a share of the diagonal of the mesh's bounding box; default 1e-3 */
   int32_t cyclic;   /* 1: the last frame is followed by the first, one frame later; the curve is closed */
-  exm_pins pins;    /* count 0: none. Counted over the whole sequence; a window takes those it contains */
+  exm_pins pins;    /* count 0: none */
   /* Shapes that span the shape signal instead of principal components; component_count is not looked at. */
   const float *examples; /* [example_count][V][3] finite, 2 or more; NULL: none */
   size_t example_count;
+  /* 1: try layouts in which frames are not squeezed against others that do not follow them, and keep the one of the
+   * smallest acceleration between frames; takes some 24 times as long. Default 0 */
+  int32_t cure_saddles;
 } exm_sequence_fit_settings;
 
 EXM_API void exm_sequence_fit_settings_init(exm_sequence_fit_settings *settings);
@@ -857,6 +859,10 @@ typedef struct exm_sequence_fit_report {
   double stress;      /* of the layout of the frames in the plane, normalised: root of [SEQ, eq. 6] over the sum of
                          squared distances in R^m */
   double seconds;
+  /* Of exm_sequence_fit; exm_sequence_place leaves them 0. */
+  size_t saddle_count; /* intervals between frames in whose middle the surface of poses bends one way along the curve
+                          and the other way across [SEQ, 3.2.1] */
+  double acceleration; /* the largest between frames: RMS of the vertices per frame^2, as a share of the diagonal */
 } exm_sequence_fit_report;
 
 EXM_API void exm_sequence_fit_report_init(exm_sequence_fit_report *report);

@@ -17,6 +17,7 @@ import area_blender  # noqa: E402
 import area_cone  # noqa: E402
 import area_rigidity  # noqa: E402
 import area_rotation  # noqa: E402
+import area_sequence  # noqa: E402
 import area_skin  # noqa: E402
 import area_sweep  # noqa: E402
 import area_weights  # noqa: E402
@@ -29,6 +30,7 @@ AREAS = (
     area_cone,
     area_rotation,
     area_skin,
+    area_sequence,
     area_blender,
     area_sweep,
 )

@@ -51,6 +51,7 @@ python3-numpy: what measures, and a peer
 # Without one of these, its rows are skipped.
 peers='
 python3-scipy: a peer for products and factorisations
+python3-sklearn: a peer for multidimensional scaling
 python3-cvxopt: a peer for cone and quadratic programs
 libcgal-dev: a peer for deformation
 libeigen3-dev: a peer for rotations, and what CGAL solves with

@@ -231,6 +231,32 @@ TEST(distances_of_the_plane_are_those_of_shapes)
   walk_end(&w);
 }
 
+/* Three straight motions that pass by each other: in the plane they must cross, and frames of one come to lie between
+ * those of another. */
+TEST(saddles_are_cured_without_a_user)
+{
+  walk w;
+  walk_begin(&w, 24, 12.4);
+  for (size_t i = 0; i < 24; i++) {
+    double const along = 2 * (double)(i % 8) / 7 - 1, aside = 0.15;
+    size_t const which = i / 8;
+    walk_pose(&w, which == 0 ? along : aside, which == 1 ? 1.5 * along : -aside, which == 2 ? 40 * along : aside,
+              w.frames + i * w.size);
+  }
+  exm_sequence *sequence = walk_sequence(&w, EXM_SHAPE_POSITIONS);
+  exm_sequence_fit_settings settings = walk_settings(26, 24, 23);
+  exm_sequence_fit_report before, after;
+  exm_sequence_fit_report_init(&before);
+  exm_sequence_fit_report_init(&after);
+  CHECK_STATUS(exm_sequence_fit(sequence, &settings, NULL, NULL, &before), EXM_OK);
+  settings.cure_saddles = 1;
+  CHECK_STATUS(exm_sequence_fit(sequence, &settings, NULL, NULL, &after), EXM_OK);
+  CHECK(before.acceleration > 0 && after.acceleration < before.acceleration);
+  CHECK_NEAR(walk_error(&w, sequence), 0, 1e-6);
+  exm_sequence_destroy(sequence);
+  walk_end(&w);
+}
+
 TEST(cyclic_sequences_close)
 {
   walk w;

@@ -132,6 +132,9 @@ TEST(fit_settings)
     CHECK_STATUS(exm_sequence_fit(sequence, &settings, NULL, NULL, NULL), EXM_ERROR_ARGUMENT, "tolerance");
   }
   settings = walk_settings(0, 0, 0);
+  settings.cure_saddles = 2;
+  CHECK_STATUS(exm_sequence_fit(sequence, &settings, NULL, NULL, NULL), EXM_ERROR_ARGUMENT, "cure_saddles", "2");
+  settings.cure_saddles = 0;
   settings.cyclic = 2;
   CHECK_STATUS(exm_sequence_fit(sequence, &settings, NULL, NULL, NULL), EXM_ERROR_ARGUMENT, "cyclic", "2");
   settings.struct_size = 0;

@@ -43,6 +43,7 @@ class CSequenceFitSettings(Structure):
         ("pins", CPins),
         ("examples", c_void_p),
         ("example_count", c_size_t),
+        ("cure_saddles", c_int32),
     ]
 
 
@@ -58,6 +59,8 @@ class CSequenceFitReport(Structure):
         ("error", c_double),
         ("stress", c_double),
         ("seconds", c_double),
+        ("saddle_count", c_size_t),
+        ("acceleration", c_double),
     ]
 
 

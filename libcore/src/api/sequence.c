@@ -166,6 +166,9 @@ static exm_status check_settings(const exm_sequence *sequence, const exm_sequenc
   if (settings->cyclic != 0 && settings->cyclic != 1) {
     return status_set(EXM_ERROR_ARGUMENT, "settings.cyclic is %d, not 0 or 1", settings->cyclic);
   }
+  if (settings->cure_saddles != 0 && settings->cure_saddles != 1) {
+    return status_set(EXM_ERROR_ARGUMENT, "settings.cure_saddles is %d, not 0 or 1", settings->cure_saddles);
+  }
   size_t const least = settings->cyclic ? 4 : 3;
   if (frame_count < least) {
     return status_set(EXM_ERROR_ARGUMENT, "the sequence has %zu frame%s: %s needs %zu at least", frame_count,

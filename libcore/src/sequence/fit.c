@@ -86,8 +86,23 @@ static exm_status fit(exm_sequence *sequence, const exm_sequence_fit_settings *s
   if (!fitted->windows) {
     return status_no_memory("the sequence");
   }
-  TRY(window_fit(&request, &posing, fitted->windows, errors));
+  progress const fitting = progress_part(&posing, 0, settings->cure_saddles ? 0.2 : 1);
+  progress const curing = progress_part(&posing, 0.2, 1);
+  TRY(window_fit(&request, &fitting, fitted->windows, errors));
   fitted->window_count = 1;
+  if (settings->cure_saddles) {
+    TRY(window_cure(&request, &curing, fitted->windows, errors));
+  }
+  return EXM_OK;
+}
+
+/** Saddles and acceleration, in the report. */
+static exm_status judge(const signals *fitted, exm_sequence_fit_report *found)
+{
+  window_unrest unrest;
+  TRY(window_judge(&fitted->windows[0], &unrest));
+  found->saddle_count = unrest.saddle_count;
+  found->acceleration = fitted->unit * unrest.acceleration / fitted->diagonal;
   return EXM_OK;
 }
 
@@ -102,6 +117,9 @@ exm_status sequence_fit(exm_sequence *sequence, const exm_sequence_fit_settings 
   exm_status status = fit(sequence, settings, report, fitted, &errors);
   if (status >= 0) {
     fill_report(sequence, fitted, &errors, found);
+    status = judge(fitted, found);
+  }
+  if (status >= 0) {
     status = sequence_adopt(sequence, fitted);
   }
   if (status < 0) {

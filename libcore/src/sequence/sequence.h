@@ -67,6 +67,7 @@ exm_status sequence_place(exm_sequence *sequence, const exm_pins *pins, int32_t 
 typedef struct window_request {
   const signals *fitted; /* the shape signal */
   size_t first_frame, count;
+  const double *stretch;            /* [count][count] of the wanted distances; NULL: 1 */
   const exm_pins *pins;             /* of the whole sequence */
   const double (*start)[2];         /* [count] where the scaling begins; NULL: at the first two components */
   size_t iterations;                /* of the scaling; 0: until it has settled */
@@ -80,6 +81,17 @@ typedef struct window_errors {
 } window_errors;
 
 exm_status window_fit(const window_request *request, const progress *report, window *out, window_errors *errors);
+
+/** How violently a window's motion changes between frames. */
+typedef struct window_unrest {
+  size_t saddle_count; /* intervals in whose middle the surface bends one way along the curve, and the other across */
+  double acceleration; /* the largest of the coordinates, per frame squared */
+  size_t interval;     /* where that is */
+} window_unrest;
+
+exm_status window_judge(const window *w, window_unrest *out);
+/** Try other layouts of a window that was fitted to this request, and keep the calmest. */
+exm_status window_cure(const window_request *request, const progress *report, window *w, window_errors *errors);
 
 /** Unit of the pose plane over distances of coordinates. */
 double plane_unit(const exm_sequence *sequence);

@@ -20,7 +20,8 @@ static void find_distances(const window_request *request, double *distances)
         double const difference = x[i * m + k] - x[j * m + k];
         sum += difference * difference;
       }
-      distances[i * n + j] = distances[j * n + i] = request->fitted->unit * sqrt(sum);
+      double const stretch = request->stretch ? request->stretch[i * n + j] : 1;
+      distances[i * n + j] = distances[j * n + i] = stretch * request->fitted->unit * sqrt(sum);
     }
   }
 }
