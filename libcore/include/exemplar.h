@@ -385,6 +385,7 @@ EXM_API void exm_amrap_bind_settings_init(exm_amrap_bind_settings *settings);
  * share a rotation and a blend.
  *
  * Memory: O(H V + S V) plus the reduced operators, which do not depend on V.
+ * Returns EXM_WARNING_NOT_CONVERGED where its bounded biharmonic weights did not converge; it is usable all the same.
  * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_UNCONSTRAINED, EXM_ERROR_CANCELLED, EXM_ERROR_OUT_OF_MEMORY,
  * EXM_ERROR_NUMERIC.
  */

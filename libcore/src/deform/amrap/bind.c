@@ -24,7 +24,9 @@ static exm_status find_weights(const amrap_request *request, const progress *rep
     return handles_check_weights(request->reference, request->handles, deformer->base.weights);
   }
   double const start = clock_seconds();
-  TRY(weights_bounded_biharmonic(request->reference, request->handles, report, deformer->base.weights));
+  deformer->weight_status =
+      weights_bounded_biharmonic(request->reference, request->handles, report, deformer->base.weights);
+  TRY(deformer->weight_status);
   deformer->base.info.weight_seconds = clock_seconds() - start;
   return EXM_OK;
 }
@@ -262,7 +264,11 @@ static exm_status build(const amrap_request *request, amrap_deformer *deformer)
     TRY(skinning_create(request->reference->vertex_count, request->handles->count, request->exemplar_count,
                         deformer->base.weights, request->exemplars, &deformer->skin));
   }
-  return progress_report(whole, 1, "binding");
+  TRY(progress_report(whole, 1, "binding"));
+  return deformer->weight_status == EXM_OK
+             ? EXM_OK
+             : status_set(deformer->weight_status, "bound with skinning weights that hold their bounds but are not the "
+                                                   "smoothest: the iteration cap was met first");
 }
 
 exm_status amrap_deformer_bind(const amrap_request *request, exm_deformer **out)
@@ -285,5 +291,5 @@ exm_status amrap_deformer_bind(const amrap_request *request, exm_deformer **out)
   base->info.coefficient_count = deformer->solver.reduced.rank;
   base->info.bind_seconds = clock_seconds() - start;
   *out = base;
-  return EXM_OK;
+  return status;
 }

@@ -16,8 +16,9 @@ typedef struct amrap_deformer {
   space coordinates;
   dictionary atoms;
   constraints held;
-  uint32_t *groups; /* [V] */
-  skinning *skin;
+  uint32_t *groups;         /* [V] */
+  skinning *skin;           /* NULL where coefficients are positions */
+  exm_status weight_status; /* EXM_OK, or the warning that weights came with */
   amrap solver;
   /* Planar meshes: heights of handles over the plane. Free handles follow the others, out of [H][H]. */
   double *height_map, *heights, *pinned_heights;
