@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "linalg/panel.h"
+#include "linalg/single_blas.h"
 
 struct cholesky {
   cholmod_common common;
@@ -76,7 +77,7 @@ static exm_status factorize(cholesky *c, const sparse *lower)
     }
   }
   cholmod_sparse a = view(lower);
-  cholmod_factorize(&a, c->factor, &c->common);
+  SINGLE_BLAS(cholmod_factorize(&a, c->factor, &c->common));
   TRY(translate(&c->common, "factorisation"));
   /* Overflow inside leaves infinities or NaN on the diagonal, where comparisons with zero do not notice them. */
   double const condition = cholmod_rcond(c->factor, &c->common);

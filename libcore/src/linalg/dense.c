@@ -6,6 +6,7 @@
 
 #include "base/memory.h"
 #include "base/simd.h"
+#include "linalg/single_blas.h"
 
 /* LAPACK's and BLAS's Fortran entries: every implementation has them, their C interfaces differ. The trailing lengths
  * of character arguments may be left out on the platforms we build for. */
@@ -164,7 +165,7 @@ int dense_cholesky(size_t n, double *A)
   int const size = (int)n;
   int info = 0;
   /* Row-major lower is column-major upper. */
-  dpotrf_("U", &size, A, &size, &info);
+  SINGLE_BLAS(dpotrf_("U", &size, A, &size, &info));
   /* OpenBLAS takes a NaN for a pivot like any other. */
   for (size_t i = 0; i < n && info == 0; i++) {
     info = !(A[i * n + i] > 0);
@@ -197,8 +198,8 @@ void dense_multiply(int transpose_a, int transpose_b, size_t n, size_t m, size_t
     return;
   }
   int const lda_safe = lda > 0 ? lda : 1, ldb_safe = ldb > 0 ? ldb : 1;
-  dgemm_(transpose_b ? "T" : "N", transpose_a ? "T" : "N", &rows, &columns, &inner, &alpha, B, &ldb_safe, A, &lda_safe,
-         &beta, C, &rows);
+  SINGLE_BLAS(dgemm_(transpose_b ? "T" : "N", transpose_a ? "T" : "N", &rows, &columns, &inner, &alpha, B, &ldb_safe, A,
+                     &lda_safe, &beta, C, &rows));
 }
 
 void dense_add_gram(size_t n, size_t k, const double *A, double *C)
@@ -207,7 +208,7 @@ void dense_add_gram(size_t n, size_t k, const double *A, double *C)
   double const one = 1;
   if (n > 0 && k > 0) {
     /* Row-major lower is column-major upper. */
-    dsyrk_("U", "T", &size, &inner, &one, A, &inner, &one, C, &size);
+    SINGLE_BLAS(dsyrk_("U", "T", &size, &inner, &one, A, &inner, &one, C, &size));
   }
 }
 
@@ -227,7 +228,7 @@ exm_status dense_qr_factor(size_t rows, size_t columns, double *A)
   double best = 0;
   arena scratch = {0};
   size_t const diagonal = rows < columns ? rows : columns;
-  dgelqf_(&m, &n, A, &m, &best, &best, &query, &info);
+  SINGLE_BLAS(dgelqf_(&m, &n, A, &m, &best, &best, &query, &info));
   int const length = (int)best;
   double *tau = ARENA_NEW(&scratch, double, diagonal);
   double *work = ARENA_NEW(&scratch, double, (size_t)length);
@@ -236,7 +237,7 @@ exm_status dense_qr_factor(size_t rows, size_t columns, double *A)
     status = status_no_memory("a QR factorisation");
     goto done;
   }
-  dgelqf_(&m, &n, A, &m, tau, work, &length, &info);
+  SINGLE_BLAS(dgelqf_(&m, &n, A, &m, tau, work, &length, &info));
   for (size_t i = 0; i < diagonal; i++) {
     memset(A + i * columns, 0, i * sizeof(double));
   }
@@ -278,8 +279,8 @@ exm_status dense_rotate_rows(size_t rows, size_t columns, double *E, size_t othe
   }
   dense_transpose(rows, columns, E, factor);
   dense_transpose(rows, other_columns, others, turned);
-  dgeqp3_(&m, &n, factor, &m, order, tau, work, &length, &info);
-  dormqr_("L", "T", &m, &c, &reflectors, factor, &m, tau, turned, &m, work, &length, &info);
+  SINGLE_BLAS(dgeqp3_(&m, &n, factor, &m, order, tau, work, &length, &info));
+  SINGLE_BLAS(dormqr_("L", "T", &m, &c, &reflectors, factor, &m, tau, turned, &m, work, &length, &info));
   dense_transpose(other_columns, rows, turned, others);
   size_t kept = 0;
   while (kept < (size_t)reflectors && fabs(factor[kept * rows + kept]) > tolerance * fabs(factor[0])) {
@@ -307,7 +308,7 @@ exm_status dense_eigen(size_t n, double *A, double *values)
   int const size = (int)n;
   int query = -1, info = 0, best_integer = 0;
   double best = 0;
-  dsyevd_("V", "U", &size, A, &size, values, &best, &query, &best_integer, &query, &info);
+  SINGLE_BLAS(dsyevd_("V", "U", &size, A, &size, values, &best, &query, &best_integer, &query, &info));
   int const length = (int)best, integers = best_integer;
   double *work = ARENA_NEW(&scratch, double, (size_t)length);
   int *integer_work = ARENA_NEW(&scratch, int, (size_t)integers);
@@ -315,7 +316,7 @@ exm_status dense_eigen(size_t n, double *A, double *values)
     status = status_no_memory("an eigenvalue problem");
     goto done;
   }
-  dsyevd_("V", "U", &size, A, &size, values, work, &length, integer_work, &integers, &info);
+  SINGLE_BLAS(dsyevd_("V", "U", &size, A, &size, values, work, &length, integer_work, &integers, &info));
   if (info != 0) {
     status = lapack_failed("dsyevd", info);
   }
@@ -343,14 +344,14 @@ exm_status dense_right_singular(size_t rows, size_t columns, double *A, double *
     goto done;
   }
   /* Fortran sees R'; its left vectors are our right ones, stored one after the other: rows of V. */
-  dgesdd_("S", &n, &n, A, &n, values, V, &n, other, &n, &best, &query, integers, &info);
+  SINGLE_BLAS(dgesdd_("S", &n, &n, A, &n, values, V, &n, other, &n, &best, &query, integers, &info));
   int const length = (int)best;
   double *work = ARENA_NEW(&scratch, double, (size_t)length);
   if (!work) {
     status = status_no_memory("a singular value problem");
     goto done;
   }
-  dgesdd_("S", &n, &n, A, &n, values, V, &n, other, &n, work, &length, integers, &info);
+  SINGLE_BLAS(dgesdd_("S", &n, &n, A, &n, values, V, &n, other, &n, work, &length, integers, &info));
   if (info != 0) {
     status = lapack_failed("dgesdd", info);
   }

@@ -15,6 +15,7 @@
 
 #include "linalg/cholesky.h"
 #include "linalg/dense.h"
+#include "linalg/single_blas.h"
 
 /* Fortran's entries, as for LAPACK: the C header differs from one packager to another. Lengths of character arguments
  * come last. */
@@ -102,8 +103,8 @@ static exm_status iterate(const search *s, lanczos *l)
   l->iparam[2] = RESTARTS;
   l->iparam[6] = 1;
   for (;;) {
-    dsaupd_(&ido, "I", &l->n, "LA", &l->wanted, &l->tolerance, l->residual, &l->basis_size, l->basis, &l->n, l->iparam,
-            l->ipntr, l->work_d, l->work_l, &l->work_size, &l->info, 1, 2);
+    SINGLE_BLAS(dsaupd_(&ido, "I", &l->n, "LA", &l->wanted, &l->tolerance, l->residual, &l->basis_size, l->basis, &l->n,
+                        l->iparam, l->ipntr, l->work_d, l->work_l, &l->work_size, &l->info, 1, 2));
     if (ido != 1 && ido != -1) {
       break;
     }
@@ -135,9 +136,9 @@ static exm_status extract(lanczos *l, double *values, double *vectors)
     status = status_no_memory("eigenfunctions");
     goto done;
   }
-  dseupd_(&with_vectors, "A", select, rising, found, &l->n, &sigma, "I", &l->n, "LA", &l->wanted, &l->tolerance,
-          l->residual, &l->basis_size, l->basis, &l->n, l->iparam, l->ipntr, l->work_d, l->work_l, &l->work_size,
-          &l->info, 1, 1, 2);
+  SINGLE_BLAS(dseupd_(&with_vectors, "A", select, rising, found, &l->n, &sigma, "I", &l->n, "LA", &l->wanted,
+                      &l->tolerance, l->residual, &l->basis_size, l->basis, &l->n, l->iparam, l->ipntr, l->work_d,
+                      l->work_l, &l->work_size, &l->info, 1, 1, 2));
   if (l->info != 0) {
     status = status_set(EXM_ERROR_NUMERIC, "ARPACK found no eigenvectors (info %d)", l->info);
     goto done;
