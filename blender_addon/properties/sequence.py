@@ -17,7 +17,7 @@ SPACES = {
         "Rotation Invariant",
         "Local frames and what they see: bends without shrinking",
     ),
-    "EDGES_AND_ANGLES": (
+    "LENGTHS_ANGLES": (
         "Lengths and Angles",
         "Edge lengths and the angles between faces. Slow, and the most faithful for large turns",
     ),

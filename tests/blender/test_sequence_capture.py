@@ -9,6 +9,7 @@ import addon_support as support  # noqa: E402
 import bpy  # noqa: E402
 import numpy  # noqa: E402
 import sequence_support  # noqa: E402
+from blender_addon.native import ShapeSpace  # noqa: E402
 from sequence_support import (  # noqa: E402
     FIRST,
     LAST,
@@ -150,6 +151,18 @@ class Capture(SequenceCase):
         window = store.peek(owner).sequence.window()
         self.assertEqual((window.control_point_count, window.site_count), (9, 8))
         self.assertEqual(store.peek(owner).sequence.info.component_count, 2)
+
+    def test_every_kind_of_shapes(self):
+        """Each gives the frames back; all but positions keep what bends from shrinking."""
+        obj = make_animated()
+        expected = frames_of(obj, RANGE)
+        for space in ShapeSpace:
+            with self.subTest(space.name):
+                owner = self.capture(obj, shape_space=space.name, hide_source=False)
+                self.assertClose(frames_of(owner, RANGE), expected, 2e-3)
+                self.assertEqual(store.peek(owner).sequence.info.shape_space, space)
+                store.clear()
+                self.assertClose(frames_of(owner, RANGE), expected, 2e-3)
 
     def test_cyclic(self):
         obj = make_animated()

@@ -17,6 +17,7 @@ from sequence_support import (  # noqa: E402
     bend,
     evaluated,
     frames_of,
+    make_animated,
     move,
     store,
 )
@@ -309,6 +310,22 @@ class Transfer(SequenceCase):
             self.assertClose(seen, expected, 5e-4)
         self.assertClose(frames_of(owner, RANGE), frames, 0)
         self.assertTrue(other.hide_get())
+
+    def test_in_deformation_gradients(self):
+        """Where a frame is one of the matched poses, it comes out as the other's."""
+        obj = make_animated()
+        blocks = obj.data.shape_keys.key_blocks
+        obj.data.shape_keys.animation_data_clear()
+        for frame, values in enumerate(((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)), start=FIRST):
+            for name, value in zip(("Bend", "Back", "Fat"), values):
+                blocks[name].value = value
+                blocks[name].keyframe_insert("value", frame=frame)
+        self.scene.frame_end = 4
+        owner = self.capture(obj, shape_space="GRADIENTS")
+        other = self.other()
+        made = self.transferred(owner, other, shape_space="GRADIENTS")
+        for seen, name in zip(frames_of(made, range(1, 5)), ("Basis", "Bend", "Back", "Fat")):
+            self.assertClose(seen, support.key(other, name), 5e-3, name)
 
     def test_edits_and_time_go_along(self):
         owner = self.capture()
