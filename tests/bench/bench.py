@@ -13,6 +13,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ[variable] = "1"
 
 import area_amrap  # noqa: E402
+import area_blended  # noqa: E402
 import area_blender  # noqa: E402
 import area_cone  # noqa: E402
 import area_rigidity  # noqa: E402
@@ -26,6 +27,7 @@ from measure import HEADER, Bench  # noqa: E402
 AREAS = (
     area_amrap,
     area_rigidity,
+    area_blended,
     area_weights,
     area_cone,
     area_rotation,

@@ -100,3 +100,17 @@ def _einsum(weights, exemplars, coefficients):
         numpy.einsum("vk,vkj->vj", homogeneous, blended)
 
     return timed(apply)
+
+
+def laplacian(mesh, character):
+    """The cotangent Laplacian that the library uses, sparse, and the vertices' masses."""
+    faces, count = character.triangles.astype(int), len(character.positions)
+    ends = [faces[:, [1, 2]], faces[:, [2, 0]], faces[:, [0, 1]]]
+    i, j = numpy.concatenate(ends).T
+    weights = sparse.csr_matrix((mesh.cotangents().T.ravel(), (i, j)), (count, count))
+    weights = weights + weights.T
+    stiffness = sparse.diags(numpy.asarray(weights.sum(axis=1)).ravel()) - weights
+    a, b, c = character.positions.astype(float)[faces.T]
+    areas = numpy.linalg.norm(numpy.cross(b - a, c - a), axis=1) / 2
+    masses = numpy.bincount(faces.ravel(), numpy.repeat(areas / 3, 3), count)
+    return stiffness.tocsc(), masses

@@ -162,6 +162,9 @@ TEST(no_stage_increases_its_energy)
       check_falling(history, outcome.final_history, "final");
       CHECK_NEAR(history[outcome.final_history[1] - 1], outcome.final_energy, 1e-9 * outcome.final_energy);
       CHECK_NEAR(report.objective, outcome.final_energy, 0);
+      /* Eq. 13 has two more terms, neither negative; only the balanced energy is divided by alpha. */
+      CHECK(report.elastic_energy > 0);
+      CHECK(scale == EXM_SCALE_BALANCED || report.elastic_energy <= report.objective * (1 + 1e-9));
       CHECK(outcome.begin_atom_count > 0);
     }
   }

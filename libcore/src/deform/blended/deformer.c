@@ -115,6 +115,7 @@ exm_status blended_deformer_solve(blended_deformer *deformer, const double *targ
   outcome.minimal_energy *= unit2;
   outcome.final_energy *= unit2;
   report->objective = outcome.final_energy;
+  report->elastic_energy *= unit2;
   for (size_t i = 0; i < report->history_count; i++) {
     report->history[i] *= unit2;
   }

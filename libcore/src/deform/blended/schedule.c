@@ -59,6 +59,26 @@ static contest choose(blended *b, const blended_options *options, exm_solve_repo
   return c;
 }
 
+/** E_sc of eq. 7 for the pose in b->u, against the chosen exemplar. */
+static double elastic_energy(const blended *b)
+{
+  const blended_basis *basis = &b->bases[BLENDED_LAST];
+  size_t const d = b->dimension, rank = basis->rank, rows = b->group_count * d;
+  const double *R = b->rotations + b->exemplar * rows * d;
+  double energy = b->scale * b->scale * b->energy->own[b->exemplar];
+  for (size_t i = 0; i < rank; i++) {
+    double along[3] = {0};
+    dense_times_transposed(rank, d, 1, b->u, d, basis->elastic + i * rank, along);
+    energy += dense_dot(d, along, b->u + i * d);
+  }
+  for (size_t i = 0; i < rows; i++) {
+    double fitted[3];
+    dense_times_transposed(rank, d, 1, b->u, d, basis->proxies + (b->exemplar * rows + i) * rank, fitted);
+    energy -= 2 * b->scale * dense_dot(d, fitted, R + i * d);
+  }
+  return fmax(0.5 * energy, 0);
+}
+
 static void last_stage(blended *b, const blended_options *options, exm_solve_report *report,
                        exm_blended_outcome *outcome)
 {
@@ -69,6 +89,7 @@ static void last_stage(blended *b, const blended_options *options, exm_solve_rep
   outcome->final_energy = blended_minimal(b, BLENDED_LAST, s, options->final_iterations, options, report);
   outcome->final_history[1] = report->history_count;
   blended_pose(b, BLENDED_LAST, s);
+  report->elastic_energy = elastic_energy(b);
 }
 
 exm_status blended_solve(blended *b, const blended_options *options, exm_solve_report *report,
