@@ -15,8 +15,8 @@ from bpy.app.handlers import persistent
 from ..native import ExemplarError
 from . import background, bindings, figures, results, rigs, solving
 
-# A stateless solve up to this long is not felt in a drag.
-STATELESS_LIMIT = 0.008
+# A stateless result that takes up to this long is not felt in a drag.
+STATELESS_LIMIT = 0.004
 # The hand counts as still after this.
 STILL_AFTER = 0.12
 TICK = 0.02
