@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy
 
 from .arrays import as_input, as_output
-from .declarations import CDeformerInfo, CSolveReport, initialised
+from .declarations import CDeformerInfo, CSolveReport, Status, initialised
 from .errors import check
 
 
@@ -35,11 +35,7 @@ class SolveReport:
     seconds: float
     history: numpy.ndarray = field(repr=False)
     warning: str  # "" or a sentence
-
-    @property
-    def capped(self):
-        """Whether a tolerance was asked for, and the iteration cap came first."""
-        return bool(self.warning) and not self.converged
+    capped: bool = False  # a tolerance was asked for, and the iteration cap came first
 
 
 def given(settings):
@@ -69,9 +65,12 @@ class Deformer:
 
     def _call(self, name, *arguments):
         with self.lock:
-            if not self._handle:
-                raise ValueError("the deformer was closed")
-            return check(self._library, getattr(self._library, name)(self._handle, *arguments))
+            return check(self._library, self._status(name, *arguments))
+
+    def _status(self, name, *arguments):
+        if not self._handle:
+            raise ValueError("the deformer was closed")
+        return getattr(self._library, name)(self._handle, *arguments)
 
     def _read(self, name, dtype, shape, *arguments):
         out = numpy.empty(shape, dtype)
@@ -89,7 +88,9 @@ class Deformer:
             history=history.ctypes.data if history_capacity else None,
             history_capacity=history_capacity,
         )
-        warning = self._call(name, targets.ctypes.data, settings, report)
+        with self.lock:
+            status = self._status(name, targets.ctypes.data, settings, report)
+            warning = check(self._library, status)
         return SolveReport(
             bool(report.converged),
             report.iterations,
@@ -100,6 +101,7 @@ class Deformer:
             report.seconds,
             history[: report.history_count],
             warning,
+            status == Status.WARNING_NOT_CONVERGED,
         )
 
     def positions(self, out=None, thread_count=0):

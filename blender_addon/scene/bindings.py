@@ -153,7 +153,8 @@ def build(gathered, progress=None):
         warnings = _mesh_warnings(mesh, gathered.triangles)
         deformer = deformers.TYPES[gathered.deformer].build(mesh, gathered, progress)
     if deformer.warning and not mesh.warning:
-        warnings.append((deformer.warning, ()))
+        # The library's sentences have neither capital nor full stop, to be put into others.
+        warnings.append((f"{deformer.warning[0].upper()}{deformer.warning[1:]}.", ()))
     return deformer, warnings
 
 

@@ -412,6 +412,8 @@ class BadInput(SceneCase):
             empties[2].location = (0.6, 0, 2.1)
         support.update()
         self.assertEqual(support.problem(second), "")
+        texts = " ".join(line.text for line in status.describe(second))
+        self.assertIn("are the same shape", texts)
         self.assertClose(support.visible(second), support.visible(first), 0.05)
 
     def test_weights_need_a_skeleton(self):
@@ -429,9 +431,12 @@ class BadInput(SceneCase):
         bar.exemplar.deformer = "BLENDED"
         empty = support.add_handle(bar, level(0))
         bpy.ops.exemplar.bind()
+        texts = [line.text for line in status.describe(bar)]
+        self.assertTrue(any("leave turn" in text for text in texts), texts)
+        self.assertNotIn("Tolerance", " ".join(texts))
         empty.location.x += 1
         support.update()
-        self.assertClose(support.visible(bar), support.bar_positions() + (1, 0, 0), 0.05)
+        self.assertClose(support.visible(bar)[level(0)].mean(axis=0), (1, 0, 0), 1e-3)
 
 
 if __name__ == "__main__":

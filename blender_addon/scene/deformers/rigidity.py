@@ -63,4 +63,4 @@ class Rigidity(DeformerType):
         cap = max(3, DRAG_WORK // deformer.info.vertex_count)
         settings = replace(settings, start=int(Start.WARM), iterations=cap)
         # That a step of a drag has further to go is no news to anyone.
-        return replace(deformer.solve(targets, settings), warning="")
+        return replace(deformer.solve(targets, settings), warning="", capped=False)
