@@ -124,7 +124,7 @@ def test_a_face_from_nothing():
 
 
 def test_every_second_frame_left_out():
-    """Frames between, beside linear and Catmull-Rom interpolation of the vertices, which are closer:
+    """Frames between, beside linear and Catmull-Rom interpolation of the vertices, closer:
     where frames have to be squeezed into the plane, an exact surface through them is rough. On the
     gallop the cure of saddles helps; on the cow, whose layout has a fifth of its distances wrong,
     nothing does but fewer sites."""

@@ -11,7 +11,7 @@
 #include "sequence/sequence.h"
 
 /* Layouts that are tried, and how much further apart frames are wanted in each. */
-enum { MOST_ROUNDS = 24, CLOSEST = 6, SAMPLES = 8 };
+enum { MOST_ROUNDS = 24, CLOSEST = 6, SAMPLES = 4 };
 static double const STRETCH = 1.3;
 
 /* A bulge counts as a saddle from this share of the way between its two frames on. */
@@ -35,13 +35,11 @@ static double interval_acceleration(const window *w, size_t i, double *scratch)
   size_t const m = w->plate.value_count;
   double const step = 1.0 / SAMPLES;
   double most = 0;
-  for (int s = 1; s < SAMPLES; s++) {
+  for (size_t s = 0; s <= SAMPLES; s++) { /* three in a row are kept */
+    coordinates_at(w, (double)i + step * (double)s, scratch + s % 3 * m);
     double sum = 0;
-    for (int k = 0; k < 3; k++) {
-      coordinates_at(w, (double)i + step * (s + k - 1), scratch + (size_t)k * m);
-    }
-    for (size_t k = 0; k < m; k++) {
-      double const second = scratch[k] - 2 * scratch[m + k] + scratch[2 * m + k];
+    for (size_t k = 0; k < m && s >= 2; k++) {
+      double const second = scratch[s % 3 * m + k] - 2 * scratch[(s + 2) % 3 * m + k] + scratch[(s + 1) % 3 * m + k];
       sum += second * second;
     }
     most = fmax(most, sqrt(sum) / (step * step));
