@@ -174,6 +174,8 @@ class Sequence:
         pins=None,
         examples=None,
         cure_saddles=False,
+        window_size=0,
+        window_overlap=0,
         progress=None,
     ):
         """Fit the three signals. Counts of 0 are chosen by the tolerance, an RMS distance as a
@@ -182,6 +184,7 @@ class Sequence:
         pins      {frame: (x, y)} in the pose plane
         examples  [E][V][3] that span the shape signal instead of principal components
         cure_saddles  try layouts with less violent motion between frames, without a user
+        window_size, window_overlap  frames of overlapping windows for a long sequence
         progress  called with (fraction, stage); returns True to cancel
         """
         pinned = _Pins(pins)
@@ -194,6 +197,8 @@ class Sequence:
             component_count=component_count,
             cyclic=int(cyclic),
             cure_saddles=int(cure_saddles),
+            window_size=window_size,
+            window_overlap=window_overlap,
             pins=pinned.structure,
         )
         if tolerance is not None:

@@ -778,8 +778,9 @@ EXM_API exm_status exm_rigidity_learn(const exm_mesh *mesh, const float *poses, 
  *   shape h: R^m -> shape space   a mean shape and m components
  *
  * Frame i of the n that were given is at time i, 0 to n - 1; times are real numbers, in frames. A sequence is made of a
- * mesh and frames, fitted, and then edited, sampled or saved. Functions about the pose plane and the curve name a
- * window of frames with a plane of its own; there is one, number 0, of all the frames.
+ * mesh and frames, fitted, and then edited, sampled or saved. Long sequences may be fitted in overlapping windows of
+ * frames, each with a pose plane and a curve of its own, joined smoothly; the shape signal is one. Functions about the
+ * plane and the curve name a window: 0, where nobody asked for more.
  */
 typedef struct exm_sequence exm_sequence;
 
@@ -836,13 +837,17 @@ typedef struct exm_sequence_fit_settings {
   double tolerance; /* > 0: for the counts left at 0, the RMS distance of the vertices from where the frames have
                        them, as a share of the diagonal of the mesh's bounding box; default 1e-3 */
   int32_t cyclic;   /* 1: the last frame is followed by the first, one frame later; the curve is closed */
-  exm_pins pins;    /* count 0: none */
+  exm_pins pins;    /* count 0: none; a window takes those of its frames */
   /* Shapes that span the shape signal instead of principal components; component_count is not looked at. */
   const float *examples; /* [example_count][V][3] finite, 2 or more; NULL: none */
   size_t example_count;
   /* 1: try layouts in which frames are not squeezed against others that do not follow them, and keep the one of the
    * smallest acceleration between frames; takes some 24 times as long. Default 0 */
   int32_t cure_saddles;
+  /* Frames a window, 8 or more, and how many of them it shares with the next one, 2 to half of them (0: a quarter); the
+   * counts above are those of a window. 0: one window. Not for cyclic sequences. Over shared frames one window's shapes
+   * give way to the next one's, smoothly. */
+  size_t window_size, window_overlap;
 } exm_sequence_fit_settings;
 
 EXM_API void exm_sequence_fit_settings_init(exm_sequence_fit_settings *settings);

@@ -132,6 +132,16 @@ TEST(fit_settings)
     CHECK_STATUS(exm_sequence_fit(sequence, &settings, NULL, NULL, NULL), EXM_ERROR_ARGUMENT, "tolerance");
   }
   settings = walk_settings(0, 0, 0);
+  settings.window_size = 7;
+  CHECK_STATUS(exm_sequence_fit(sequence, &settings, NULL, NULL, NULL), EXM_ERROR_ARGUMENT, "window_size is 7");
+  settings.window_size = 8;
+  settings.window_overlap = 5;
+  CHECK_STATUS(exm_sequence_fit(sequence, &settings, NULL, NULL, NULL), EXM_ERROR_ARGUMENT, "window_overlap is 5");
+  settings.window_overlap = 0;
+  settings.cyclic = 1;
+  CHECK_STATUS(exm_sequence_fit(sequence, &settings, NULL, NULL, NULL), EXM_ERROR_ARGUMENT, "cyclic", "one window");
+  settings.cyclic = 0;
+  settings.window_size = 0;
   settings.cure_saddles = 2;
   CHECK_STATUS(exm_sequence_fit(sequence, &settings, NULL, NULL, NULL), EXM_ERROR_ARGUMENT, "cure_saddles", "2");
   settings.cure_saddles = 0;

@@ -44,6 +44,8 @@ class CSequenceFitSettings(Structure):
         ("examples", c_void_p),
         ("example_count", c_size_t),
         ("cure_saddles", c_int32),
+        ("window_size", c_size_t),
+        ("window_overlap", c_size_t),
     ]
 
 

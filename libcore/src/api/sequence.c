@@ -155,6 +155,24 @@ static exm_status check_pins(const exm_pins *pins, size_t frame_count)
   return EXM_OK;
 }
 
+static exm_status check_window_size(const exm_sequence_fit_settings *settings)
+{
+  size_t const size = settings->window_size, overlap = settings->window_overlap;
+  if (size == 0) {
+    return EXM_OK;
+  }
+  if (size < 8 || size > INT32_MAX) {
+    return status_set(EXM_ERROR_ARGUMENT, "settings.window_size is %zu, not 8 or more (or 0)", size);
+  }
+  if (overlap != 0 && (overlap < 2 || overlap > size / 2)) {
+    return status_set(EXM_ERROR_ARGUMENT, "settings.window_overlap is %zu, not between 2 and %zu", overlap, size / 2);
+  }
+  if (settings->cyclic) {
+    return status_set(EXM_ERROR_ARGUMENT, "settings.window_size is %zu, but a cyclic sequence has one window", size);
+  }
+  return EXM_OK;
+}
+
 static exm_status check_settings(const exm_sequence *sequence, const exm_sequence_fit_settings *settings)
 {
   size_t const frame_count = sequence->frame_count;
@@ -169,6 +187,7 @@ static exm_status check_settings(const exm_sequence *sequence, const exm_sequenc
   if (settings->cure_saddles != 0 && settings->cure_saddles != 1) {
     return status_set(EXM_ERROR_ARGUMENT, "settings.cure_saddles is %d, not 0 or 1", settings->cure_saddles);
   }
+  TRY(check_window_size(settings));
   size_t const least = settings->cyclic ? 4 : 3;
   if (frame_count < least) {
     return status_set(EXM_ERROR_ARGUMENT, "the sequence has %zu frame%s: %s needs %zu at least", frame_count,
@@ -207,6 +226,10 @@ exm_status exm_sequence_place(exm_sequence *sequence, const exm_pins *pins, int3
   double const start = clock_seconds();
   exm_sequence_fit_report found = {.struct_size = sizeof found};
   TRY(check_fitted(sequence));
+  if (sequence->fitted->window_count > 1) {
+    return status_set(EXM_ERROR_ARGUMENT, "sequence has %zu windows: frames can be placed in one",
+                      sequence->fitted->window_count);
+  }
   TRY(check_pointer(pins, "pins"));
   TRY(check_pins(pins, sequence->fitted->shape.row_count));
   if (iterations < 0) {

@@ -18,21 +18,66 @@ size_t signals_frame_count(const signals *fitted)
   return last->first_frame + last->time.frame_count;
 }
 
+/** The part of the way, smoothed, from the beginning of what window i shares with the one before to its end. */
+static double share_of(const signals *fitted, size_t i, double time, double *slope)
+{
+  const window *before = &fitted->windows[i - 1], *w = &fitted->windows[i];
+  double const begin = (double)w->first_frame;
+  double const length = (double)(before->first_frame + before->time.frame_count - 1) - begin;
+  double const part = length > 0 ? fmin(fmax((time - begin) / length, 0), 1) : (double)(time >= begin);
+  *slope = length > 0 ? 6 * part * (1 - part) / length : 0;
+  return part * part * (3 - 2 * part);
+}
+
+double signals_weight(const signals *fitted, size_t i, double time, double *slope)
+{
+  double rise_slope = 0, fall_slope = 0;
+  double const rise = i > 0 ? share_of(fitted, i, time, &rise_slope) : 1;
+  double const fall = i + 1 < fitted->window_count ? share_of(fitted, i + 1, time, &fall_slope) : 0;
+  *slope = rise_slope - fall_slope;
+  return rise - fall;
+}
+
 void sequence_coordinates(const exm_sequence *sequence, double time, double *coordinates)
 {
-  double point[2];
-  const window *w = &sequence->fitted->windows[0];
-  time_signal_evaluate(&w->time, time, point, NULL);
-  thin_plate_evaluate(&w->plate, point, coordinates);
+  const signals *fitted = sequence->fitted;
+  size_t const m = fitted->shape.component_count;
+  double point[2], slope;
+  if (fitted->window_count > 1) {
+    memset(coordinates, 0, m * sizeof(double));
+  }
+  for (size_t i = 0; i < fitted->window_count; i++) {
+    const window *w = &fitted->windows[i];
+    double const weight = signals_weight(fitted, i, time, &slope);
+    if (weight > 0) {
+      double *values = fitted->window_count > 1 ? sequence->window_coordinates : coordinates;
+      time_signal_evaluate(&w->time, time - (double)w->first_frame, point, NULL);
+      thin_plate_evaluate(&w->plate, point, values);
+      if (fitted->window_count > 1) {
+        dense_axpy(m, weight, values, coordinates);
+      }
+    }
+  }
 }
 
 /** Velocity of the coordinates. */
 static void coordinate_velocity(const exm_sequence *sequence, double time, double *velocity)
 {
-  double point[2], direction[2];
-  const window *w = &sequence->fitted->windows[0];
-  time_signal_evaluate(&w->time, time, point, direction);
-  thin_plate_derivative(&w->plate, point, direction, velocity);
+  const signals *fitted = sequence->fitted;
+  size_t const m = fitted->shape.component_count;
+  double point[2], direction[2], slope;
+  memset(velocity, 0, m * sizeof(double));
+  for (size_t i = 0; i < fitted->window_count; i++) {
+    const window *w = &fitted->windows[i];
+    double const weight = signals_weight(fitted, i, time, &slope);
+    if (weight > 0 || slope != 0) {
+      time_signal_evaluate(&w->time, time - (double)w->first_frame, point, direction);
+      thin_plate_derivative(&w->plate, point, direction, sequence->window_coordinates);
+      dense_axpy(m, weight, sequence->window_coordinates, velocity);
+      thin_plate_evaluate(&w->plate, point, sequence->window_coordinates);
+      dense_axpy(m, slope, sequence->window_coordinates, velocity);
+    }
+  }
 }
 
 static exm_status decode(exm_sequence *sequence, const double *coordinates, double *positions)

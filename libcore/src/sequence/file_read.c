@@ -249,6 +249,13 @@ static exm_status get_time(source *s, int is_cyclic, time_signal *time)
   return get_doubles(s, &time->memory, time->frame_count, 1, 0, "the steps between frames", &time->steps);
 }
 
+/** Does a window begin within the one before it, and end behind it? */
+static int follows(const window *w, const window *before)
+{
+  size_t const end = before->first_frame + before->time.frame_count;
+  return w->first_frame > before->first_frame && w->first_frame < end && w->first_frame + w->fitted_count > end;
+}
+
 static exm_status get_signals(source *s, size_t dimension, signals *fitted)
 {
   uint32_t cyclic = 0;
@@ -258,14 +265,23 @@ static exm_status get_signals(source *s, size_t dimension, signals *fitted)
   TRY(get_double(s, 0, "the diagonal", &fitted->diagonal));
   TRY(get_double(s, 0, "the unit of the pose plane", &fitted->unit));
   TRY(get_shape(s, dimension, &fitted->memory, &fitted->shape));
-  TRY(get_count(s, 1, 1, "the number of windows", &count));
+  TRY(get_count(s, 1, fitted->shape.row_count, "the number of windows", &count));
   fitted->windows = ARENA_NEW(&fitted->memory, window, count);
   if (!fitted->windows) {
     return status_no_memory("the sequence");
   }
+  if (count > 1 && fitted->is_cyclic) {
+    return damaged(s, "a cyclic sequence has windows");
+  }
   for (; fitted->window_count < count; fitted->window_count++) {
     window *w = &fitted->windows[fitted->window_count];
     exm_status status = get_pose(s, &fitted->shape, w);
+    if (status >= 0 && fitted->window_count == 0 && w->first_frame != 0) {
+      status = damaged(s, "its first window does not begin with the first frame");
+    }
+    if (status >= 0 && fitted->window_count > 0 && !follows(w, w - 1)) {
+      status = damaged(s, "its windows do not overlap");
+    }
     if (status >= 0) {
       status = get_time(s, fitted->is_cyclic, &w->time);
     }

@@ -64,6 +64,53 @@ static void fill_report(const exm_sequence *sequence, const signals *fitted, con
   found->stress = errors->distances > 0 ? sqrt(errors->stress / errors->distances) : 0;
 }
 
+/** How many windows, all of one size but for the last, which ends with the frames. */
+static size_t count_windows(size_t frames, size_t size, size_t overlap)
+{
+  return size == 0 || size >= frames ? 1 : (frames - overlap + size - overlap - 1) / (size - overlap);
+}
+
+static exm_status fit_windows(const exm_sequence *sequence, const exm_sequence_fit_settings *settings, double limit,
+                              const progress *report, signals *fitted, window_errors *errors)
+{
+  size_t const n = sequence->frame_count;
+  size_t const overlap = settings->window_overlap ? settings->window_overlap : settings->window_size / 4;
+  size_t const count = count_windows(n, settings->window_size, overlap), size = count > 1 ? settings->window_size : n;
+  double const rest = fitted->shape.rest;
+  fitted->windows = ARENA_NEW(&fitted->memory, window, count);
+  if (!fitted->windows) {
+    return status_no_memory("the sequence");
+  }
+  for (size_t i = 0; i < count; i++) {
+    window_errors own = {0};
+    /* The last window goes back as far as it takes to be of the size of the others. */
+    size_t const wanted = i * (size - overlap), first = wanted + size > n ? n - size : wanted;
+    double const share = 1 / (double)count;
+    progress const part = progress_part(report, (double)i / (double)count, (double)(i + 1) / (double)count);
+    progress const fitting = progress_part(&part, 0, settings->cure_saddles ? 0.2 : 1);
+    progress const curing = progress_part(&part, 0.2, 1);
+    window_request const request = {.fitted = fitted,
+                                    .first_frame = first,
+                                    .count = size,
+                                    .timed_count = size,
+                                    .pins = &settings->pins,
+                                    .site_count = settings->site_count,
+                                    .control_count = settings->control_point_count,
+                                    .pose_limit = share * fmax(POSE_SHARE * limit - rest, 0),
+                                    .limit = share * fmax(limit - rest, 0)};
+    TRY(window_fit(&request, &fitting, &fitted->windows[i], &own));
+    fitted->window_count++;
+    if (settings->cure_saddles) {
+      TRY(window_cure(&request, &curing, &fitted->windows[i], &own));
+    }
+    errors->pose += own.pose;
+    errors->time += own.time;
+    errors->stress += own.stress;
+    errors->distances += own.distances;
+  }
+  return EXM_OK;
+}
+
 static exm_status fit(exm_sequence *sequence, const exm_sequence_fit_settings *settings, const progress *report,
                       signals *fitted, window_errors *errors)
 {
@@ -72,37 +119,18 @@ static exm_status fit(exm_sequence *sequence, const exm_sequence_fit_settings *s
   fitted->diagonal = sequence->reference->report.diagonal;
   double const limit = as_squares(sequence, fitted->diagonal, settings->tolerance);
   TRY(fit_shape(sequence, settings, limit, &shaping, fitted));
-  double const rest = fitted->shape.rest;
-  window_request const request = {.fitted = fitted,
-                                  .first_frame = 0,
-                                  .count = sequence->frame_count,
-                                  .timed_count = sequence->frame_count,
-                                  .pins = &settings->pins,
-                                  .site_count = settings->site_count,
-                                  .control_count = settings->control_point_count,
-                                  .pose_limit = fmax(POSE_SHARE * limit - rest, 0),
-                                  .limit = fmax(limit - rest, 0)};
-  fitted->windows = ARENA_NEW(&fitted->memory, window, 1);
-  if (!fitted->windows) {
-    return status_no_memory("the sequence");
-  }
-  progress const fitting = progress_part(&posing, 0, settings->cure_saddles ? 0.2 : 1);
-  progress const curing = progress_part(&posing, 0.2, 1);
-  TRY(window_fit(&request, &fitting, fitted->windows, errors));
-  fitted->window_count = 1;
-  if (settings->cure_saddles) {
-    TRY(window_cure(&request, &curing, fitted->windows, errors));
-  }
-  return EXM_OK;
+  return fit_windows(sequence, settings, limit, &posing, fitted, errors);
 }
 
 /** Saddles and acceleration, in the report. */
 static exm_status judge(const signals *fitted, exm_sequence_fit_report *found)
 {
-  window_unrest unrest;
-  TRY(window_judge(&fitted->windows[0], &unrest));
-  found->saddle_count = unrest.saddle_count;
-  found->acceleration = fitted->unit * unrest.acceleration / fitted->diagonal;
+  for (size_t i = 0; i < fitted->window_count; i++) {
+    window_unrest unrest;
+    TRY(window_judge(&fitted->windows[i], &unrest));
+    found->saddle_count += unrest.saddle_count;
+    found->acceleration = fmax(found->acceleration, fitted->unit * unrest.acceleration / fitted->diagonal);
+  }
   return EXM_OK;
 }
 

@@ -94,6 +94,7 @@ static void release_scratch(exm_sequence *sequence)
 {
   free(sequence->coordinates);
   free(sequence->more_coordinates);
+  free(sequence->window_coordinates);
   free(sequence->encoded);
   free(sequence->positions);
 }
@@ -105,9 +106,11 @@ exm_status sequence_adopt(exm_sequence *sequence, signals *fitted)
   exm_sequence fresh = *sequence;
   fresh.coordinates = calloc(m, sizeof(double));
   fresh.more_coordinates = calloc(m, sizeof(double));
+  fresh.window_coordinates = calloc(m, sizeof(double));
   fresh.encoded = is_decoded ? calloc(d, sizeof(double)) : NULL;
   fresh.positions = is_decoded ? calloc(3 * sequence->reference->vertex_count, sizeof(double)) : NULL;
-  if (!fresh.coordinates || !fresh.more_coordinates || (is_decoded && (!fresh.encoded || !fresh.positions))) {
+  if (!fresh.coordinates || !fresh.more_coordinates || !fresh.window_coordinates ||
+      (is_decoded && (!fresh.encoded || !fresh.positions))) {
     release_scratch(&fresh);
     return status_no_memory("the sequence");
   }

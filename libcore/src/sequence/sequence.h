@@ -43,8 +43,8 @@ struct exm_sequence {
   float **frames; /* [frame_count] of [V][3], each its own */
   size_t frame_count, frame_capacity;
   signals *fitted;
-  double *coordinates, *more_coordinates; /* [m] scratch of evaluation */
-  double *encoded, *positions;            /* [d], [3 V] scratch of shape spaces that are decoded; NULL for positions */
+  double *coordinates, *more_coordinates, *window_coordinates; /* [m] scratch of evaluation */
+  double *encoded, *positions; /* [d], [3 V] scratch of shape spaces that are decoded; NULL for positions */
 };
 
 exm_status sequence_create(const mesh *reference, int32_t kind, exm_sequence **out);
@@ -56,6 +56,10 @@ void sequence_destroy(exm_sequence *sequence);
 exm_status sequence_adopt(exm_sequence *sequence, signals *fitted);
 void signals_release(signals *fitted);
 void window_release(window *w);
+
+/** How much of window i's shape there is at a time, and how fast that changes: 0 but for two neighbours at most, which
+ *  share by a cubic that rises and falls without a corner. */
+double signals_weight(const signals *fitted, size_t i, double time, double *slope);
 
 /* ------------------------------------------------------------------------------------------------------------- fit */
 
