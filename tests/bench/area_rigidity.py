@@ -235,9 +235,9 @@ def _mixed(bench):
     bench.add(f"{case}/frame", frame * 1e3, 50, "ms", budget, notes, is_printed=True)
 
 
-def _frame(bench, bar, radii):
+def _frame(bench, bar, radii, most=200):
     """Seconds of a frame of a drag from straight to half a turn and back, solve and positions."""
-    count = bench.repeats(200, 40)
+    count = min(most, bench.repeats(200, 40))
     warm = native.RigiditySettings(start=native.Start.WARM, thread_count=1)
     angles = numpy.pi * numpy.sin(numpy.pi * (numpy.arange(count) + 1) / (count + 1))
     iterations, seconds = [], []
@@ -275,12 +275,15 @@ def _sweep(bench):
 
         found["cold"] = timed(solve)()
         deformer.close()
-        found["frame"], notes = _frame(bench, bar, radii)
+        found["frame"], frame_notes = _frame(bench, bar, radii, 40)
         first = first or {"count": len(bar.positions), **found}
         growth = len(bar.positions) / first["count"]
         for row, seconds in found.items():
-            if row == "cold":
-                notes = f"{len(bar.positions)} vertices, {report.iterations} iterations"
+            notes = f"{len(bar.positions)} vertices"
+            if row != "bind":
+                notes += (
+                    f", {report.iterations} iterations" if row == "cold" else f", {frame_notes}"
+                )
             name = f"the row of {first['count']} vertices, grown in proportion"
             peer = first[row] * growth
             bench.add(f"rigidity/sweep/{size}_{row}", seconds * 1e3, peer * 1e3, "ms", name, notes)
