@@ -230,7 +230,12 @@ static exm_status reduce(const amrap_request *request, amrap_deformer *deformer)
   if (sizes && has_few_vertices(request, deformer, sizes)) {
     status = reduce_vertices(request, &scratch, deformer);
   }
-  if (status == EXM_ERROR_NUMERIC) {
+  /* What cannot be held with every vertex free cannot be held by fewer atoms. */
+  exm_element kind = EXM_ELEMENT_NONE;
+  size_t index = 0;
+  status_element(&kind, &index);
+  int const is_handle = deformer->solver.reduced.carriers && kind == EXM_ELEMENT_HANDLE;
+  if (status == EXM_ERROR_NUMERIC && !is_handle) {
     reduced_release(&deformer->solver.reduced);
     deformer->solver.reduced = (reduced_mesh){0};
     status = reduce_dictionary(request, &scratch, deformer);
