@@ -24,7 +24,7 @@ STEPS = (
 class Window(windows.WindowTests):
     script = "window_sequence.py"
     size = (1280, 1000)
-    timeout = 550
+    timeout = 850
 
     def test_no_traceback(self):
         self.assertNotIn("Traceback", self.output)
