@@ -115,20 +115,20 @@ class LeaveOneOut:
             settings = native.BlendedBinding(**binding)
             self.deformers[left] = native.Blended(mesh, others, handles, settings)
 
-    def run(self, scale, noise=0.0, missing=0, **settings):
+    def run(self, factor, noise=0.0, missing=0, **settings):
         """Rows of scale found over the true one, less 1, and mean and largest distance."""
         generator = numpy.random.default_rng(SEED)
         found = []
         for left, deformer in self.deformers.items():
             pose = self.poses[left].astype(float)
-            points = scale * pose[self.chosen]
-            points += generator.normal(size=points.shape) * noise * self.size * scale
+            points = factor * pose[self.chosen]
+            points += generator.normal(size=points.shape) * noise * self.size * factor
             weights = numpy.ones(len(points))
             weights[generator.choice(len(points), missing, replace=False)] = 0
             deformer.weigh_handles(weights)
             deformer.solve(targets_of(points), native.BlendedSettings(**settings))
-            away = numpy.linalg.norm(deformer.positions_f64() / scale - pose, axis=1) / self.size
-            found.append((deformer.outcome().scale / scale - 1, away.mean(), away.max()))
+            away = numpy.linalg.norm(deformer.positions_f64() / factor - pose, axis=1) / self.size
+            found.append((deformer.outcome().scale / factor - 1, away.mean(), away.max()))
         return numpy.array(found)
 
 
