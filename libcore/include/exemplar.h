@@ -553,7 +553,7 @@ EXM_API void exm_blended_solve_settings_init(exm_blended_solve_settings *setting
  * Returns EXM_WARNING_NOT_CONVERGED with a tolerance; EXM_WARNING_UNDERDETERMINED where targets that count lie in one
  * point or on a line: what they leave open is as in the reference; EXM_WARNING_CONTRADICTORY where rows that are
  * multiples of each other have targets that are not.
- * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_UNCONSTRAINED (a connected part whose handles and rows all have weight 0),
+ * Errors: EXM_ERROR_ARGUMENT, EXM_ERROR_UNCONSTRAINED (nothing of weight above 0 says where the mesh is),
  * EXM_ERROR_NUMERIC; the deformer keeps its previous result.
  */
 EXM_API exm_status exm_blended_solve(exm_deformer *deformer, const double *targets,
