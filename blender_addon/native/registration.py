@@ -44,6 +44,7 @@ class ScanFitSettings:
     finish: bool = None
     detail: float = None
     thread_count: int = None
+    reject_landmarks: bool = None
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,7 @@ class ScanFitReport:
     icp_seconds: float
     finish_seconds: float
     match_seconds: float
+    rejected_count: int
     warning: str  # "" or a sentence
 
 

@@ -1240,8 +1240,8 @@ typedef struct exm_registration_fit_settings {
   double disc_radius;  /* default 0.15, a share: landmarks are averages over geodesic discs of up to this radius on
                           mesh and scan [Blended, 5], as far as the scan is whole there; 0: points */
   size_t disc_count;   /* default 10; at least 1 */
-  int32_t iterations;  /* of non-rigid ICP; default 24; 0: landmarks only */
-  size_t sample_count; /* vertices, and as many points of the scan, that ICP looks at; default 1500 */
+  int32_t iterations;  /* of non-rigid ICP; default 20; 0: landmarks only */
+  size_t sample_count; /* vertices, and as many points of the scan, that ICP looks at; default 1000 */
   double reach;        /* default 0.15, a share: correspondences farther apart are rejected, at first; the reach
                           shrinks to what residuals say */
   double max_angle;    /* default 60 degrees: normals that differ by more do not correspond */
@@ -1251,6 +1251,8 @@ typedef struct exm_registration_fit_settings {
                             where it is seen; 0: the pose stays in the dictionary's span */
   double detail;         /* default 1, > 0: how much seen points count in the finish, beside rigidity. Less for noise */
   int32_t thread_count;  /* 0: chosen. The result is the same for any */
+  int32_t reject_landmarks; /* 1, default: of six or more, those that contradict all others are left out, with a
+                               warning; 0: none is */
 } exm_registration_fit_settings;
 
 EXM_API void exm_registration_fit_settings_init(exm_registration_fit_settings *settings);
@@ -1273,6 +1275,8 @@ typedef struct exm_registration_fit_report {
   int32_t converged; /* 1: correspondences had settled before the cap */
   double seconds;
   double start_seconds, icp_seconds, finish_seconds, match_seconds; /* its parts */
+  size_t rejected_count; /* landmarks that contradict all others and were left out; the one with the largest distance
+                            is worst_landmark */
 } exm_registration_fit_report;
 
 EXM_API void exm_registration_fit_report_init(exm_registration_fit_report *report);

@@ -16,6 +16,7 @@ import area_amrap  # noqa: E402
 import area_blended  # noqa: E402
 import area_blender  # noqa: E402
 import area_cone  # noqa: E402
+import area_registration  # noqa: E402
 import area_rigidity  # noqa: E402
 import area_rotation  # noqa: E402
 import area_sequence  # noqa: E402
@@ -26,6 +27,7 @@ from measure import HEADER, Bench  # noqa: E402
 
 AREAS = (
     area_amrap,
+    area_registration,
     area_rigidity,
     area_blended,
     area_weights,

@@ -81,6 +81,7 @@ class CFitSettings(Structure):
         ("finish", c_int32),
         ("detail", c_double),
         ("thread_count", c_int32),
+        ("reject_landmarks", c_int32),
     ]
 
 
@@ -103,6 +104,7 @@ class CFitReport(Structure):
         ("icp_seconds", c_double),
         ("finish_seconds", c_double),
         ("match_seconds", c_double),
+        ("rejected_count", c_size_t),
     ]
 
 

@@ -21,14 +21,15 @@ void exm_registration_fit_settings_init(exm_registration_fit_settings *settings)
                                                 .start = EXM_START_STATELESS,
                                                 .disc_radius = 0.15,
                                                 .disc_count = 10,
-                                                .iterations = 24,
-                                                .sample_count = 1500,
+                                                .iterations = 20,
+                                                .sample_count = 1000,
                                                 .reach = 0.15,
                                                 .max_angle = 60,
                                                 .tightness = 1,
                                                 .landmark_share = 0.1,
                                                 .finish = 1,
-                                                .detail = 1};
+                                                .detail = 1,
+                                                .reject_landmarks = 1};
   }
 }
 
@@ -163,6 +164,9 @@ static exm_status check_fit_settings(const exm_registration_fit_settings *s)
   }
   if (s->finish != 0 && s->finish != 1) {
     return status_set(EXM_ERROR_ARGUMENT, "settings.finish is %d, not 0 or 1", s->finish);
+  }
+  if (s->reject_landmarks != 0 && s->reject_landmarks != 1) {
+    return status_set(EXM_ERROR_ARGUMENT, "settings.reject_landmarks is %d, not 0 or 1", s->reject_landmarks);
   }
   if (s->start != EXM_START_STATELESS && s->start != EXM_START_WARM) {
     return status_set(EXM_ERROR_ARGUMENT, "settings.start is %d, not EXM_START_STATELESS or EXM_START_WARM", s->start);

@@ -91,7 +91,7 @@ static double across(const double a[3], const double b[3], const double c[3], do
 
 static void cross_triangle(geodesics *g, const uint32_t corners[3], uint32_t from, double radius)
 {
-  uint32_t others[2];
+  uint32_t others[2] = {0};
   size_t found = 0;
   for (int i = 0; i < 3; i++) {
     if (corners[i] != from && found < 2) {

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/parallel.h"
 #include "base/simd.h"
 
 enum { LEAF = 8, STACK = 64 }; /* a balanced tree of 2^32 leaves is 32 deep */
@@ -106,7 +107,7 @@ static uint32_t build(builder *b, size_t first, size_t last)
     fill_leaf(b, node->axis, first, last);
     return own;
   }
-  size_t const middle = first + (leaves + 1) / 2 * LEAF, axis = widest_axis(b, first, last);
+  size_t const middle = first + (leaves + 1) / 2 * (size_t)LEAF, axis = widest_axis(b, first, last);
   select_nth(b, axis, first, last, middle);
   node->axis = (uint32_t)axis;
   node->split = b->points[b->order[middle]][axis];
@@ -187,11 +188,12 @@ INLINE void offer(search *s, uint32_t index, double squared)
 
 INLINE void scan_leaf(const nearest *tree, uint32_t leaf, search *s)
 {
-  const double *block = tree->blocks + (size_t)leaf * 3 * LEAF;
+  const double *block = tree->blocks + (size_t)leaf * 3 * (size_t)LEAF;
   const uint32_t *indices = tree->indices + (size_t)leaf * LEAF;
   double distances[LEAF];
   for (size_t i = 0; i < LEAF; i++) {
-    double const x = block[i] - s->query[0], y = block[LEAF + i] - s->query[1], z = block[2 * LEAF + i] - s->query[2];
+    double const x = block[i] - s->query[0], y = block[LEAF + i] - s->query[1],
+                 z = block[2 * (size_t)LEAF + i] - s->query[2];
     distances[i] = x * x + y * y + z * z;
   }
   for (size_t i = 0; i < LEAF; i++) {
@@ -234,78 +236,84 @@ INLINE void find(const nearest *tree, search *s)
   }
 }
 
-/* So many queries are worth a thread. */
-enum { WORTH_A_THREAD = 256 };
+/* A piece of so many queries takes some tens of microseconds. */
+enum { PIECE = 128 };
 
-static int threads_for(size_t count, int thread_count)
-{
-  size_t const most = count / WORTH_A_THREAD + 1;
-  int const wanted = thread_count > 0 ? thread_count : 2;
-  return most < (size_t)wanted ? (int)most : wanted;
-}
+/** What is asked, and where the answers go. */
+typedef struct inquiry {
+  const nearest *tree;
+  const double (*queries)[3], (*directions)[3];
+  size_t count, wanted; /* wanted 0: one, within the reach */
+  const nearest_filter *filter;
+  double reach;
+  uint32_t *indices;
+  double *squared;
+} inquiry;
 
-SIMD_CLONES static void find_range(const nearest *tree, const double (*queries)[3], size_t first, size_t last,
-                                   const double (*directions)[3], const nearest_filter *filter, double reach,
-                                   uint32_t *indices, double *squared)
+SIMD_CLONES static void find_one_each(const inquiry *q, size_t first, size_t last)
 {
   for (size_t i = first; i < last; i++) {
     double distance = INFINITY;
-    search s = {.query = queries[i],
-                .direction = directions ? directions[i] : NULL,
-                .filter = filter,
+    search s = {.query = q->queries[i],
+                .direction = q->directions ? q->directions[i] : NULL,
+                .filter = q->filter,
                 .wanted = 1,
-                .indices = &indices[i],
+                .indices = &q->indices[i],
                 .squared = &distance,
-                .limit = reach * reach};
-    indices[i] = NEAREST_NONE;
-    find(tree, &s);
-    if (squared) {
-      squared[i] = distance;
+                .limit = q->reach * q->reach};
+    q->indices[i] = NEAREST_NONE;
+    find(q->tree, &s);
+    if (q->squared) {
+      q->squared[i] = distance;
     }
+  }
+}
+
+SIMD_CLONES static void find_several_each(const inquiry *q, size_t first, size_t last)
+{
+  for (size_t i = first; i < last; i++) {
+    search s = {.query = q->queries[i],
+                .wanted = q->wanted,
+                .indices = q->indices + i * q->wanted,
+                .squared = q->squared + i * q->wanted,
+                .limit = INFINITY};
+    for (size_t k = 0; k < q->wanted; k++) {
+      s.indices[k] = NEAREST_NONE;
+      s.squared[k] = INFINITY;
+    }
+    find(q->tree, &s);
+  }
+}
+
+static void find_piece(void *context, size_t piece)
+{
+  const inquiry *q = context;
+  size_t const first = piece * PIECE, last = first + PIECE < q->count ? first + PIECE : q->count;
+  if (q->wanted > 0) {
+    find_several_each(q, first, last);
+  } else {
+    find_one_each(q, first, last);
   }
 }
 
 void nearest_find(const nearest *tree, const double (*queries)[3], size_t count, const double (*directions)[3],
                   const nearest_filter *filter, double reach, int thread_count, uint32_t *indices, double *squared)
 {
-  size_t const pieces = (count + WORTH_A_THREAD - 1) / WORTH_A_THREAD;
-  int const threads = threads_for(count, thread_count);
-  (void)threads;
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (size_t piece = 0; piece < pieces; piece++) {
-    size_t const first = piece * WORTH_A_THREAD;
-    size_t const last = first + WORTH_A_THREAD < count ? first + WORTH_A_THREAD : count;
-    find_range(tree, queries, first, last, directions, filter, reach, indices, squared);
-  }
-}
-
-SIMD_CLONES static void find_several_range(const nearest *tree, const double (*queries)[3], size_t first, size_t last,
-                                           size_t wanted, uint32_t *indices, double *squared)
-{
-  for (size_t i = first; i < last; i++) {
-    search s = {.query = queries[i],
-                .wanted = wanted,
-                .indices = indices + i * wanted,
-                .squared = squared + i * wanted,
-                .limit = INFINITY};
-    for (size_t k = 0; k < wanted; k++) {
-      s.indices[k] = NEAREST_NONE;
-      s.squared[k] = INFINITY;
-    }
-    find(tree, &s);
-  }
+  inquiry q = {.tree = tree,
+               .queries = queries,
+               .directions = directions,
+               .count = count,
+               .filter = filter,
+               .reach = reach,
+               .indices = indices,
+               .squared = squared};
+  parallel_for((count + PIECE - 1) / PIECE, parallel_threads(thread_count), find_piece, &q);
 }
 
 void nearest_find_several(const nearest *tree, const double (*queries)[3], size_t count, size_t wanted,
                           int thread_count, uint32_t *indices, double *squared)
 {
-  size_t const pieces = (count + WORTH_A_THREAD - 1) / WORTH_A_THREAD;
-  int const threads = threads_for(count, thread_count);
-  (void)threads;
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (size_t piece = 0; piece < pieces; piece++) {
-    size_t const first = piece * WORTH_A_THREAD;
-    size_t const last = first + WORTH_A_THREAD < count ? first + WORTH_A_THREAD : count;
-    find_several_range(tree, queries, first, last, wanted, indices, squared);
-  }
+  inquiry q = {
+      .tree = tree, .queries = queries, .count = count, .wanted = wanted, .indices = indices, .squared = squared};
+  parallel_for((count + PIECE - 1) / PIECE, parallel_threads(thread_count), find_piece, &q);
 }

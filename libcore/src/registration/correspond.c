@@ -72,13 +72,22 @@ static int is_at_rim(const icp *fit, const foot *at)
   return 1;
 }
 
-/** Samples of the scan and where they lie on the mesh: every point of the scan has its place there. */
+static double foot_coordinate(const icp *fit, const foot *at, size_t axis)
+{
+  const uint32_t *t = fit->r->reference->triangles[at->triangle];
+  double sum = 0;
+  for (size_t c = 0; c < 3; c++) {
+    sum += at->barycentric[c] * fit->surface->positions[t[c]][axis];
+  }
+  return sum;
+}
+
+/** Samples of the scan and where they lie on the mesh: every point of the scan has its place there. A foot is taken to
+ *  move as the sample next to it does, whose row is there already. */
 static exm_status from_scan(icp *fit, size_t count, double strength)
 {
   const scan *target = fit->request->target;
-  const mesh *m = fit->r->reference;
-  size_t const rank = fit->pulls.basis->rank, first = fit->pulls.count;
-  size_t kept = 0;
+  size_t const rank = fit->pulls.basis->rank;
   nearest_filter const filter = filter_for(fit, (const double(*)[3])fit->surface->normals);
   size_t const step = fit->scan_sample_count / (count ? count : 1);
   for (size_t i = 0; i < count; i++) {
@@ -93,14 +102,18 @@ static exm_status from_scan(icp *fit, size_t count, double strength)
     if (at->triangle == NEAREST_NONE || is_at_rim(fit, at)) {
       continue;
     }
-    memcpy(fit->corners + 3 * kept, m->triangles[at->triangle], 3 * sizeof *fit->corners);
-    memcpy(fit->weights + 3 * kept, at->barycentric, 3 * sizeof *fit->weights);
+    uint32_t const sample = fit->r->sample_of[at->vertex];
+    const double *carrier = fit->surface->positions[fit->r->samples[sample]];
+    double target_of_carrier[3];
+    for (size_t k = 0; k < 3; k++) {
+      target_of_carrier[k] = fit->queries[i][k] + carrier[k] - foot_coordinate(fit, at, k);
+    }
     double const weight = strength / (double)count * trust(at->squared, fit->reach);
-    add_pull(fit, fit->queries[i], fit->surface->normals[at->vertex], weight);
+    memcpy(fit->pulls.rows + fit->pulls.count * rank, fit->r->sample_rows + sample * rank, rank * sizeof(double));
+    add_pull(fit, target_of_carrier, fit->surface->normals[at->vertex], weight);
     fit->distances[fit->distance_count++] = at->squared;
-    kept++;
   }
-  return registration_rows(fit->r, kept, 3, fit->corners, fit->weights, fit->pulls.rows + first * rank);
+  return EXM_OK;
 }
 
 static void from_landmarks(icp *fit, double strength)

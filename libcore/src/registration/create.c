@@ -6,6 +6,8 @@
 #include "base/clock.h"
 #include "linalg/dense.h"
 #include "mesh/areas.h"
+#include "mesh/normals.h"
+#include "mesh/rim.h"
 #include "registration/registration.h"
 
 /* As many samples as any fit will ask for. */
@@ -102,45 +104,62 @@ static exm_status choose_samples(registration *r)
   return EXM_OK;
 }
 
-/** Vertices of edges that belong to one triangle. */
-static void find_rim(const mesh *m, const geodesics *ways, uint32_t *seen, uint8_t *is_rim)
+/** The sample next to each vertex: limbs are thin, and ears thinner, so it has to face the same way. */
+static exm_status find_nearest_samples(registration *r)
 {
-  for (size_t v = 0; v < m->vertex_count; v++) {
-    for (int pass = 0; pass < 3; pass++) {
-      for (uint32_t i = ways->offsets[v]; i < ways->offsets[v + 1]; i++) {
-        const uint32_t *t = m->triangles[ways->faces[i]];
-        for (int c = 0; c < 3; c++) {
-          if (pass == 0) {
-            seen[t[c]]++;
-          } else if (pass == 1) {
-            is_rim[v] |= t[c] != v && seen[t[c]] == 1;
-          } else {
-            seen[t[c]] = 0;
-          }
-        }
-      }
+  const mesh *m = r->reference;
+  size_t const V = m->vertex_count;
+  arena scratch = {0};
+  nearest tree;
+  double(*points)[3] = arena_array(&scratch, r->sample_count, sizeof *points);
+  double(*own)[3] = arena_array(&scratch, r->sample_count, sizeof *own);
+  double(*normals)[3] = arena_array(&scratch, V, sizeof *normals);
+  r->sample_of = ARENA_NEW(&r->memory, uint32_t, V);
+  exm_status status = points && own && normals && r->sample_of ? EXM_OK : status_no_memory("the registration");
+  if (status == EXM_OK) {
+    mesh_vertex_normals((const double(*)[3])m->positions, V, (const uint32_t(*)[3])m->triangles, m->triangle_count,
+                        normals);
+    for (size_t i = 0; i < r->sample_count; i++) {
+      memcpy(points[i], m->positions[r->samples[i]], sizeof *points);
+      memcpy(own[i], normals[r->samples[i]], sizeof *own);
+    }
+    status = nearest_create(&scratch, (const double(*)[3])points, r->sample_count, &tree);
+  }
+  if (status == EXM_OK) {
+    nearest_filter const facing = {.normals = (const double(*)[3])own, .least_cosine = 0.3};
+    nearest_find(&tree, (const double(*)[3])m->positions, V, (const double(*)[3])normals, &facing, INFINITY, 0,
+                 r->sample_of, NULL);
+  }
+  for (size_t v = 0; v < V && status == EXM_OK; v++) {
+    if (r->sample_of[v] == NEAREST_NONE) {
+      nearest_find(&tree, (const double(*)[3])(m->positions + v), 1, NULL, NULL, INFINITY, 1, &r->sample_of[v], NULL);
     }
   }
+  arena_release(&scratch);
+  return status;
 }
 
 static exm_status prepare(registration *r)
 {
   const mesh *m = r->reference;
-  arena scratch = {0};
-  uint32_t *seen = ARENA_NEW(&scratch, uint32_t, m->vertex_count);
   r->areas = ARENA_NEW(&r->memory, double, m->vertex_count);
   r->is_rim = ARENA_NEW(&r->memory, uint8_t, m->vertex_count);
-  exm_status status = seen && r->areas && r->is_rim ? EXM_OK : status_no_memory("the registration");
+  exm_status status = r->areas && r->is_rim ? EXM_OK : status_no_memory("the registration");
   if (status == EXM_OK) {
     status = geodesics_create(&r->memory, (const double(*)[3])m->positions, m->vertex_count,
                               (const uint32_t(*)[3])m->triangles, m->triangle_count, &r->ways);
   }
   if (status == EXM_OK) {
+    status = mesh_rim(&r->ways, r->is_rim);
+  }
+  if (status == EXM_OK) {
     status = choose_samples(r);
   }
   if (status == EXM_OK) {
+    status = find_nearest_samples(r);
+  }
+  if (status == EXM_OK) {
     mesh_voronoi_areas(m, r->areas);
-    find_rim(m, &r->ways, seen, r->is_rim);
     for (size_t v = 0; v < m->vertex_count; v++) {
       r->size += r->areas[v];
     }
@@ -149,7 +168,6 @@ static exm_status prepare(registration *r)
     status = r->sample_rows ? registration_rows(r, r->sample_count, 1, r->samples, NULL, r->sample_rows)
                             : status_no_memory("the registration");
   }
-  arena_release(&scratch);
   return status;
 }
 

@@ -7,10 +7,15 @@
 #include "linalg/dense.h"
 #include "registration/finish.h"
 #include "registration/icp.h"
+#include "registration/outliers.h"
 #include "registration/result.h"
 
 /* Shares of the progress bar. */
 static double const AFTER_START = 0.1, AFTER_ICP = 0.8, AFTER_FINISH = 0.95;
+
+/* Discs are drawn anew where they change the scale that they were drawn for by more than this share. */
+enum { PASSES = 2 };
+static double const SCALE_TOLERANCE = 0.03;
 
 /** The deformer's pose in the last stage's coordinates: its coefficients are basis times u, and u follows because the
  *  basis is orthonormal in the energy and masses. */
@@ -23,23 +28,53 @@ static void take_pose(const registration *r, const exm_blended_outcome *outcome,
   memcpy(pose->u, b->u, registration_basis(r)->rank * 3 * sizeof(double));
 }
 
-/** The pose that meets the landmarks: first as points, which tells the scale, then as discs of that scale. */
+/** The landmarks with those that contradict the rest at weight 0. rows: as points, held and posed. */
+static exm_status reject(arena *owner, registration *r, const fit_request *request, const landmark_rows *rows,
+                         double energy, exm_landmarks *used, exm_registration_fit_report *report)
+{
+  double *of_rows = ARENA_NEW(owner, double, rows->count), *weights = ARENA_NEW(owner, double, used->count);
+  if (!of_rows || !weights) {
+    return status_no_memory("the landmarks");
+  }
+  TRY(outliers_find(r, rows, &request->settings, energy, of_rows, &report->rejected_count));
+  for (size_t i = 0, row = 0; i < used->count; i++) {
+    int const counts = !used->weights || used->weights[i] > 0;
+    weights[i] = counts ? of_rows[row++] : 0;
+  }
+  used->weights = weights;
+  return EXM_OK;
+}
+
+/** The pose that meets the landmarks: first as points, which tells the scale and which of them are wrong, then as discs
+ *  of that scale. */
 static exm_status start(arena *owner, registration *r, const fit_request *request, landmark_rows *rows,
-                        registered_pose *pose)
+                        registered_pose *pose, exm_registration_fit_report *report)
 {
   exm_blended_outcome outcome;
+  exm_landmarks used = request->landmarks;
   if (request->settings.start == EXM_START_WARM && r->last.positions) {
     double *u = pose->u;
     *pose = r->last.pose;
     pose->u = u;
     memcpy(u, r->last.pose.u, registration_basis(r)->rank * 3 * sizeof(double));
-    return landmark_discs(owner, r, request, pose->scale * pose->frame.scale, rows);
+    return landmark_discs(owner, r, request, &used, pose->scale * pose->frame.scale, rows);
   }
-  TRY(landmark_points(owner, &request->landmarks, rows));
+  TRY(landmark_points(owner, &used, rows));
   TRY(landmark_hold(r, rows));
   TRY(landmark_pose(r, rows, &request->settings, &outcome));
-  if (request->settings.disc_radius > 0) {
-    TRY(landmark_discs(owner, r, request, outcome.scale, rows));
+  if (request->settings.reject_landmarks) {
+    double const energy = outcome.final_energy / (outcome.scale * outcome.scale);
+    TRY(reject(owner, r, request, rows, energy, &used, report));
+  }
+  if (report->rejected_count > 0) {
+    TRY(landmark_points(owner, &used, rows));
+    TRY(landmark_hold(r, rows));
+    TRY(landmark_pose(r, rows, &request->settings, &outcome));
+  }
+  double scale = 0;
+  for (int pass = 0; pass < PASSES && fabs(outcome.scale / scale - 1) > SCALE_TOLERANCE; pass++) {
+    scale = outcome.scale;
+    TRY(landmark_discs(owner, r, request, &used, scale, rows));
     TRY(landmark_hold(r, rows));
     TRY(landmark_pose(r, rows, &request->settings, &outcome));
   }
@@ -59,7 +94,7 @@ static exm_status run(registration *r, const fit_request *request, arena *scratc
   if (!fit->pose.u) {
     return status_no_memory("the fit");
   }
-  TRY(start(scratch, r, request, &rows, &fit->pose));
+  TRY(start(scratch, r, request, &rows, &fit->pose, report));
   TRY(shape_create(scratch, r, surface));
   TRY(shape_pose(surface, &fit->pose));
   r->shown = surface->shown;

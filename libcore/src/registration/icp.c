@@ -10,9 +10,11 @@
 
 /* What all of the scan's points weigh, beside the elastic energy in units of the mesh's diagonal: at first no more than
  * a few landmarks, in the end as much as they can without bending the mesh to noise. */
-static double const STRENGTH_FIRST = 100, STRENGTH_LAST = 3000;
+static double const STRENGTH_FIRST = 100, STRENGTH_LAST = 30000;
 /* Local and global steps between two rounds of correspondences. */
-enum { INNER = 2 };
+enum { INNER = 1 };
+/* The preconditioner is made anew every so many rounds. */
+enum { FACTOR_EVERY = 3 };
 /* The reach follows the residuals of the round before, robustly: so many medians. */
 static double const MEDIANS = 4;
 /* Rounds that move the median residual by less than this share have settled. */
@@ -57,17 +59,15 @@ exm_status icp_create(arena *owner, registration *r, const fit_request *request,
   out->queries = arena_array(owner, most, sizeof *out->queries);
   out->directions = arena_array(owner, most, sizeof *out->directions);
   out->found = ARENA_NEW(owner, uint32_t, most);
-  out->corners = ARENA_NEW(owner, uint32_t, 3 * most);
   out->squared = ARENA_NEW(owner, double, most);
-  out->weights = ARENA_NEW(owner, double, 3 * most);
   out->feet = ARENA_NEW(owner, foot, most);
   out->distances = ARENA_NEW(owner, double, capacity);
   out->rotations = ARENA_NEW(owner, double, stacked);
   out->fits = ARENA_NEW(owner, double, stacked);
   out->elastic = ARENA_NEW(owner, double, basis->rank * 3);
   out->landmark_basis = ARENA_NEW(owner, double, landmarks->count * basis->rank);
-  if (!out->queries || !out->directions || !out->found || !out->corners || !out->squared || !out->weights ||
-      !out->feet || !out->distances || !out->rotations || !out->fits || !out->elastic || !out->landmark_basis) {
+  if (!out->queries || !out->directions || !out->found || !out->squared || !out->feet || !out->distances ||
+      !out->rotations || !out->fits || !out->elastic || !out->landmark_basis) {
     return status_no_memory("the fit");
   }
   for (size_t i = 0; i < landmarks->count; i++) {
@@ -78,8 +78,10 @@ exm_status icp_create(arena *owner, registration *r, const fit_request *request,
   return pulls_create(owner, r, capacity, &out->pulls);
 }
 
-/** Best rotations of exemplar s for the pose, and what is left of its energy [Blended, eq. 7] at the best scale. */
-static double fit_exemplar(icp *fit, size_t s, double *scale)
+/** Best rotations of exemplar s for the pose, and its energy [Blended, eq. 7] over the scale, which counts growth and
+ *  shrinking alike: at its least over alpha, alpha is a ratio of sizes, where eq. 16 comes out small wherever rotations
+ *  do not explain the pose. size: tr V~'L V~. */
+static double fit_exemplar(icp *fit, size_t s, double size, double *scale)
 {
   const blended *b = &fit->r->deformer->solver;
   const blended_basis *basis = fit->pulls.basis;
@@ -89,8 +91,8 @@ static double fit_exemplar(icp *fit, size_t s, double *scale)
   dense_times(rows, rank, 3, basis->proxies + s * rows * rank, fit->pose.u, fits);
   rotation_fit(3, b->group_count, fits, R);
   double const along = dense_dot(rows * 3, R, fits);
-  *scale = fit->request->settings.scale ? along / own : fit->request->settings.known_scale / fit->pose.frame.scale;
-  return -*scale * along + *scale * *scale * own / 2;
+  *scale = fit->request->settings.scale ? sqrt(size / own) : fit->request->settings.known_scale / fit->pose.frame.scale;
+  return (size / *scale - 2 * along + *scale * own) / 2;
 }
 
 /** [Blended, eq. 12]: the exemplar that the pose is closest to. */
@@ -98,18 +100,18 @@ static void local_step(icp *fit)
 {
   const blended *b = &fit->r->deformer->solver;
   size_t const rank = fit->pulls.basis->rank;
-  double best = INFINITY;
+  dense_times(rank, rank, 3, fit->pulls.basis->elastic, fit->pose.u, fit->elastic);
+  double const size = dense_dot(rank * 3, fit->pose.u, fit->elastic);
+  fit->energy = INFINITY;
   for (size_t s = 0; s < b->compared_count; s++) {
     double scale = 1;
-    double const energy = fit_exemplar(fit, s, &scale);
-    if (energy < best) {
-      best = energy;
+    double const energy = fit_exemplar(fit, s, size, &scale);
+    if (energy < fit->energy) {
+      fit->energy = energy;
       fit->pose.exemplar = s;
       fit->pose.scale = scale;
     }
   }
-  dense_times(rank, rank, 3, fit->pulls.basis->elastic, fit->pose.u, fit->elastic);
-  fit->energy = best + dense_dot(rank * 3, fit->pose.u, fit->elastic) / 2;
 }
 
 static void global_step(icp *fit)
@@ -151,7 +153,9 @@ exm_status icp_run(icp *fit, const progress *report)
     double const t = settings->iterations > 1 ? (double)i / (double)(settings->iterations - 1) : 1;
     double const strength = STRENGTH_FIRST * pow(STRENGTH_LAST / STRENGTH_FIRST, t) * settings->tightness;
     TRY(icp_correspond(fit, strength, beta * pow(fmax(settings->landmark_share, 1e-6), t), 0.4 + 0.6 * t));
-    TRY(pulls_factor(&fit->pulls));
+    if (i % FACTOR_EVERY == 0) {
+      TRY(pulls_factor(&fit->pulls));
+    }
     for (int k = 0; k < INNER; k++) {
       local_step(fit);
       global_step(fit);

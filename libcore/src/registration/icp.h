@@ -22,8 +22,8 @@ typedef struct icp {
   double scan_area;
   /* Scratch, [the larger sample count]. */
   double (*queries)[3], (*directions)[3];
-  uint32_t *found, *corners;
-  double *squared, *weights;
+  uint32_t *found;
+  double *squared;
   foot *feet;
   double *distances; /* of this round's correspondences */
   size_t distance_count;

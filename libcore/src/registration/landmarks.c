@@ -160,10 +160,9 @@ static size_t usable_discs(registration *r, const fit_request *request, size_t i
   return count;
 }
 
-exm_status landmark_discs(arena *owner, const registration *r, const fit_request *request, double scale,
-                          landmark_rows *out)
+exm_status landmark_discs(arena *owner, const registration *r, const fit_request *request, const exm_landmarks *l,
+                          double scale, landmark_rows *out)
 {
-  const exm_landmarks *l = &request->landmarks;
   const exm_registration_fit_settings *settings = &request->settings;
   registration *own = (registration *)r; /* for the scratch of its discs */
   landmark_rows rows = {0};

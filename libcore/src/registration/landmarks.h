@@ -20,8 +20,8 @@ exm_status landmark_points(arena *owner, const exm_landmarks *landmarks, landmar
 
 /** Rows of discs, for a scan that is `scale` times as large as the mesh; a landmark whose surroundings are not whole on
  *  the scan has a row of its point alone. */
-exm_status landmark_discs(arena *owner, const registration *r, const fit_request *request, double scale,
-                          landmark_rows *out);
+exm_status landmark_discs(arena *owner, const registration *r, const fit_request *request,
+                          const exm_landmarks *landmarks, double scale, landmark_rows *out);
 
 /** Put the rows in the place of those that the deformer has. */
 exm_status landmark_hold(registration *r, const landmark_rows *rows);

@@ -10,7 +10,7 @@
 static double const FLOOR = 1e-9;
 /* Conjugate gradients, preconditioned by pulls that are alike in all directions. ICP comes back with other
  * correspondences anyway. */
-enum { STEPS = 8 };
+enum { STEPS = 6 };
 static double const TOLERANCE = 1e-3;
 
 exm_status pulls_create(arena *owner, const registration *r, size_t capacity, pulls *out)

@@ -39,6 +39,7 @@ typedef struct exm_registration {
   double size;         /* the root of the reference's area */
   size_t sample_count; /* a share of the vertices, spread evenly: any first ones are, too */
   uint32_t *samples;
+  uint32_t *sample_of;    /* [V] the sample next to each vertex, on its side of the surface */
   double *sample_rows;    /* [samples][rank] */
   double *handle_targets; /* [components][3][4] of the handles that hold nothing */
   exm_registration_info info;

@@ -170,6 +170,13 @@ exm_status result_fill(const shape *surface, const fit_request *request, exm_reg
 
 exm_status result_warn(const fit_request *request, const exm_registration_fit_report *report)
 {
+  if (report->rejected_count > 0) {
+    return status_set_at(
+        EXM_WARNING_FIT, EXM_ELEMENT_LANDMARK, report->worst_landmark,
+        "landmark %zu contradicts all others and was left out, of %zu in all: it is %g from where they "
+        "put it",
+        report->worst_landmark, report->rejected_count, report->worst_residual);
+  }
   (void)request;
   if (report->quality < DOUBTFUL) {
     return status_set(EXM_WARNING_FIT,
