@@ -50,7 +50,12 @@ def test_every_page_is_reached_from_the_first():
 
 
 def test_pictures_are_used_and_small():
-    shown = {link.split("/")[-1] for page in PAGES for link in links(page) if link.endswith(".png")}
+    shown = {
+        link.split("/")[-1]
+        for page in PAGES
+        for link in links(page)
+        if link.endswith((".png", ".svg"))
+    }
     for picture in support.ROOT.glob("docs/images/*"):
         assert picture.stat().st_size < LARGEST, picture.name
         assert picture.name in shown, f"{picture.name} is on no page"
