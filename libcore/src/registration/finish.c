@@ -162,7 +162,7 @@ static void local_step(finish *f)
   memset(f->moments, 0, 9 * m->vertex_count * sizeof *f->moments);
   for (size_t t = 0; t < m->triangle_count; t++) {
     for (int c = 0; c < 3; c++) {
-      uint32_t const i = m->triangles[t][(c + 1) % 3], j = m->triangles[t][(c + 2) % 3];
+      size_t const i = m->triangles[t][(c + 1) % 3], j = m->triangles[t][(c + 2) % 3];
       double const w = f->cotangents[t][c];
       for (size_t k = 0; k < 9; k++) {
         double const product = w * (p[i][k / 3] - p[j][k / 3]) * (f->rest[i][k % 3] - f->rest[j][k % 3]);
@@ -183,7 +183,7 @@ static exm_status global_step(finish *f, double (*positions)[3])
   }
   for (size_t t = 0; t < m->triangle_count; t++) {
     for (int c = 0; c < 3; c++) {
-      uint32_t const i = m->triangles[t][(c + 1) % 3], j = m->triangles[t][(c + 2) % 3];
+      size_t const i = m->triangles[t][(c + 1) % 3], j = m->triangles[t][(c + 2) % 3];
       double const w = f->cotangents[t][c] / 2;
       for (size_t a = 0; a < 3; a++) {
         double sum = 0;
