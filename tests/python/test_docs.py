@@ -54,7 +54,7 @@ def test_pictures_are_used_and_small():
         link.split("/")[-1]
         for page in PAGES
         for link in links(page)
-        if link.endswith((".png", ".svg"))
+        if link.endswith((".png", ".svg", ".jpg"))
     }
     for picture in support.ROOT.glob("docs/images/*"):
         assert picture.stat().st_size < LARGEST, picture.name
