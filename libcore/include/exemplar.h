@@ -1270,7 +1270,8 @@ typedef struct exm_registration_fit_report {
   double landmark_residual; /* root mean square distance of landmarks after the fit */
   size_t worst_landmark;    /* index of the one that fits worst */
   double worst_residual;    /* its distance */
-  double energy;            /* [Blended, eq. 13] of the pose, per area, without unit: how far it is from any exemplar */
+  double energy;            /* [Blended, eq. 13] of the pose before the finish, with the mesh's diagonal as the unit of
+                               length: how far it is from every exemplar. Above 0.05 the fit comes with a warning */
   int32_t iterations;
   int32_t converged; /* 1: correspondences had settled before the cap */
   double seconds;

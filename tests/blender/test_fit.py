@@ -2,7 +2,6 @@
 """Fit to Scan: a body with five limbs, fitted to scans of it whose faces are others."""
 
 import os
-import re
 import sys
 
 import bpy
@@ -307,21 +306,18 @@ class BadInput(FitCase):
         self.add_landmarks()
         self.assertFails("two or more landmarks as ambiguous", bpy.ops.exemplar.fit_match)
 
-    def explained(self):
-        """Percent of the scan, out of the sentence that the artist reads."""
-        bpy.ops.exemplar.fit()
-        return int(re.search(r"Explains (\d+)%", self.mesh.exemplar_fit.message)[1])
-
     def test_scan_of_something_else(self):
         self.add_landmarks()
-        right = self.explained()
+        bpy.ops.exemplar.fit()
+        self.assertFalse(self.mesh.exemplar_fit.is_doubtful, self.mesh.exemplar_fit.message)
         bpy.ops.mesh.primitive_torus_add(major_radius=3, minor_radius=0.4)
         torus = bpy.context.object
         addon_support.activate(self.mesh)
         self.mesh.exemplar_fit.scan = torus
         for limb, item in enumerate(self.mesh.exemplar_fit.landmarks):
             item.point = torus.data.vertices[100 * limb].co
-        self.assertLess(self.explained(), right - 20)
+        bpy.ops.exemplar.fit()
+        self.assertTrue(self.mesh.exemplar_fit.is_doubtful, self.mesh.exemplar_fit.message)
 
     def test_cancelled_fit_changes_nothing(self):
         self.add_landmarks()

@@ -99,3 +99,13 @@ class Body:
         )
         distances = numpy.linalg.norm(self.registration.positions() - pose, axis=1)
         return report, distances / numpy.sqrt(area(pose, self.faces))
+
+
+def farthest(points, count):
+    """Indices of points spread by taking the farthest from those taken, the first to begin with."""
+    taken = [0]
+    distances = numpy.linalg.norm(points - points[0], axis=1)
+    while len(taken) < count:
+        taken.append(int(distances.argmax()))
+        distances = numpy.minimum(distances, numpy.linalg.norm(points - points[taken[-1]], axis=1))
+    return numpy.array(taken)

@@ -3,7 +3,7 @@
 
 import numpy
 import support
-from registration_support import Body, bent, cut, moved, native
+from registration_support import Body, bent, cut, farthest, moved, native
 
 BODY = Body()
 
@@ -70,6 +70,25 @@ def test_correspondences_of_an_ambiguous_set():
     found = BODY.registration.match(BODY.landmarks, points[shuffled], groups)
     assert (shuffled[found.order] == numpy.arange(6)).all(), found
     assert found.permissible == 24 and found.energy < found.second
+
+
+def test_scans_of_something_else_are_doubtful():
+    """However well a rich dictionary explains them: what tells is how far the mesh had to bend."""
+    lion, cat = numpy.load(support.data("lion.npz")), numpy.load(support.data("cat.npz"))
+    poses, faces = lion["poses"].astype(numpy.float32), lion["faces"]
+    known = farthest(poses[0], 8)
+    rng = numpy.random.default_rng(3)
+    other = cat["poses"][3].astype(numpy.float32)
+    scans = {
+        "left out": (poses[8], faces, poses[8][known], True),
+        "shuffled": (poses[8], faces, poses[8][known][rng.permutation(8)], False),
+        "a cat": (other, cat["faces"], other[farthest(other, 8)], False),
+    }
+    with native.Mesh(poses[0], faces) as mesh, native.Registration(mesh, poses[:8]) as fitter:
+        for name, (points, triangles, places, is_right) in scans.items():
+            with native.Scan(points, triangles) as scan:
+                report = fitter.fit(scan, known, places)
+            assert (report.warning == "") == is_right, (name, report)
 
 
 if __name__ == "__main__":

@@ -140,5 +140,5 @@ exm_status registration_fit(registration *r, const fit_request *request, exm_reg
   }
   arena_release(&r->last.memory);
   r->last = fit;
-  return result_warn(request, report);
+  return result_warn(report);
 }

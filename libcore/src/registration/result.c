@@ -10,6 +10,9 @@
 static double const EXPLAINED = 0.02;
 /* Below this quality the scan may show something else. */
 static double const DOUBTFUL = 0.5;
+/* And above this energy: poses that were left out of the exemplars are reached at 0.005 to 0.02, other beasts, a torus
+ * and swapped landmarks at 0.07 and more, however well they are explained then. */
+static double const FAR_FETCHED = 0.05;
 
 static nearest_filter agreeing(const fit_request *request, const double (*normals)[3])
 {
@@ -168,7 +171,7 @@ exm_status result_fill(const shape *surface, const fit_request *request, exm_reg
   return EXM_OK;
 }
 
-exm_status result_warn(const fit_request *request, const exm_registration_fit_report *report)
+exm_status result_warn(const exm_registration_fit_report *report)
 {
   if (report->rejected_count > 0) {
     return status_set_at(
@@ -177,7 +180,13 @@ exm_status result_warn(const fit_request *request, const exm_registration_fit_re
         "put it",
         report->worst_landmark, report->rejected_count, report->worst_residual);
   }
-  (void)request;
+  if (report->energy > FAR_FETCHED) {
+    return status_set(
+        EXM_WARNING_FIT,
+        "the mesh had to be bent far from every exemplar, to an energy of %.2g: the scan may show something "
+        "else, or landmarks may be wrong",
+        report->energy);
+  }
   if (report->quality < DOUBTFUL) {
     return status_set(EXM_WARNING_FIT,
                       "only %.0f %% of the scan lies on the fitted shape: it may show something else, or landmarks may "

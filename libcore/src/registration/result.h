@@ -12,6 +12,6 @@ exm_status result_fill(const shape *surface, const fit_request *request, exm_reg
                        registered_fit *fit);
 
 /** EXM_WARNING_FIT where the report gives reason. */
-exm_status result_warn(const fit_request *request, const exm_registration_fit_report *report);
+exm_status result_warn(const exm_registration_fit_report *report);
 
 #endif
