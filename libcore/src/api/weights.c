@@ -114,6 +114,7 @@ static exm_status decompose(arena *scratch, const exm_decompose_settings *settin
   return EXM_OK;
 }
 
+// NOLINTNEXTLINE(readability-function-size): each array that the caller may want is an argument, as everywhere here
 exm_status exm_weights_decompose(const exm_mesh *m, const float *exemplars, size_t exemplar_count,
                                  const exm_decompose_settings *settings, exm_progress callback, void *user,
                                  size_t capacity, float *weights, double *transforms, uint32_t *labels,

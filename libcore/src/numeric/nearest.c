@@ -296,26 +296,21 @@ static void find_piece(void *context, size_t piece)
   }
 }
 
-// NOLINTNEXTLINE(readability-non-const-parameter): answers go through the inquiry
 void nearest_find(const nearest *tree, const double (*queries)[3], size_t count, const double (*directions)[3],
                   const nearest_filter *filter, double reach, int thread_count, uint32_t *indices, double *squared)
 {
-  inquiry q = {.tree = tree,
-               .queries = queries,
-               .directions = directions,
-               .count = count,
-               .filter = filter,
-               .reach = reach,
-               .indices = indices,
-               .squared = squared};
+  inquiry q = {
+      .tree = tree, .queries = queries, .directions = directions, .count = count, .filter = filter, .reach = reach};
+  q.indices = indices;
+  q.squared = squared;
   parallel_for((count + PIECE - 1) / PIECE, parallel_threads(thread_count), find_piece, &q);
 }
 
-// NOLINTNEXTLINE(readability-non-const-parameter): answers go through the inquiry
 void nearest_find_several(const nearest *tree, const double (*queries)[3], size_t count, size_t wanted,
                           int thread_count, uint32_t *indices, double *squared)
 {
-  inquiry q = {
-      .tree = tree, .queries = queries, .count = count, .wanted = wanted, .indices = indices, .squared = squared};
+  inquiry q = {.tree = tree, .queries = queries, .count = count, .wanted = wanted};
+  q.indices = indices;
+  q.squared = squared;
   parallel_for((count + PIECE - 1) / PIECE, parallel_threads(thread_count), find_piece, &q);
 }
