@@ -13,7 +13,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..native import ExemplarError
-from . import background, bindings, figures, results, rigs, solving
+from . import background, bindings, event_handlers, figures, results, rigs, solving
 
 # A stateless result that takes up to this long is not felt in a drag.
 STATELESS_LIMIT = 0.004
@@ -285,16 +285,10 @@ _HANDLERS = (
 
 
 def register():
-    for name, function in _HANDLERS:
-        getattr(bpy.app.handlers, name).append(function)
+    event_handlers.add(_HANDLERS)
 
 
 def unregister():
-    for name, function in _HANDLERS:
-        handlers = getattr(bpy.app.handlers, name)
-        if function in handlers:
-            handlers.remove(function)
-    if bpy.app.timers.is_registered(on_timer):
-        bpy.app.timers.unregister(on_timer)
+    event_handlers.remove(_HANDLERS, on_timer)
     background.cancel_all()
     bindings.clear()

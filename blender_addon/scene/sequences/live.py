@@ -12,6 +12,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...native import ExemplarError
+from .. import event_handlers
 from ..live import is_interactive, redraw_panels
 from . import owners, solving, store, syncing
 
@@ -206,15 +207,9 @@ _HANDLERS = (
 
 
 def register():
-    for name, function in _HANDLERS:
-        getattr(bpy.app.handlers, name).append(function)
+    event_handlers.add(_HANDLERS)
 
 
 def unregister():
-    for name, function in _HANDLERS:
-        handlers = getattr(bpy.app.handlers, name)
-        if function in handlers:
-            handlers.remove(function)
-    if bpy.app.timers.is_registered(on_timer):
-        bpy.app.timers.unregister(on_timer)
+    event_handlers.remove(_HANDLERS, on_timer)
     store.clear()
